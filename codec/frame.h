@@ -1,0 +1,131 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/core/directions.h"
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+// A frame gives a pair of directions four coordinates; slices are the lines along which one coordinate varies while the
+// other three stay at nodes. Everything in the codec that is not in frame_*.cpp works for any frame.
+//
+// Frame coordinates are in degrees, as in files: nodes and their halvings are then exact numbers.
+
+inline constexpr std::size_t kAxisCount = 4;
+
+/// The largest theta of either direction that frames cover (the paper's largest elevation).
+inline constexpr double kThetaMaxDeg = 80;
+
+/// A slice is named after the axis along which it runs.
+enum SliceKind : std::uint8_t { kAxial = 0, kDiagonal = 1, kHorizontal = 2, kVertical = 3 };
+
+/// The numbers stand in files and never change their meaning.
+enum class FrameId : std::uint8_t {
+  kElevation = 1,       ///< (s, u, theta_v, theta_i), s = phi_i + phi_v, u = phi_i - phi_v
+  kHalfDifference = 2,  ///< (phi_h, phi_d, theta_d, theta_h)
+};
+
+/// One coordinate. Azimuthal nodes rise within [0, 360) (phi_d: [0, 180)) and begin with 0; polar nodes rise within
+/// [0, 90] and begin with 0. One single node means that the coordinate does not matter.
+struct Axis {
+  std::string name;
+  std::vector<double> nodes_deg;
+
+  bool operator==(const Axis&) const = default;
+};
+
+/// Symmetries of a material beside reciprocity, which every frame assumes.
+struct Symmetries {
+  bool isotropic = false;  ///< turning both directions about the normal changes nothing
+  bool mirror_x = false;   ///< f unchanged under phi -> -phi of both directions (mirror plane along the tangent x)
+  bool mirror_y = false;   ///< f unchanged under phi -> 180 - phi of both (mirror plane along y)
+
+  bool operator==(const Symmetries&) const = default;
+};
+
+/// All that decides where crossings and slices lie.
+struct FrameSpec {
+  FrameId id = FrameId::kElevation;
+  std::array<Axis, kAxisCount> axes;  ///< in the order of SliceKind
+  Symmetries symmetries;
+
+  bool operator==(const FrameSpec&) const = default;
+};
+
+using Coordinates = std::array<double, kAxisCount>;  ///< [degrees], in the order of SliceKind
+
+/// A point (no slope) or a line (one or two slopes of +1 or -1) of the coordinate space: x_k = offset_k + slope_k p.
+struct AffineLine {
+  Coordinates offset{};
+  std::array<int, kAxisCount> slope{};
+};
+
+/// At most 8 symmetric images (reciprocity and two mirrors).
+struct Images {
+  std::array<AffineLine, 8> lines;
+  std::size_t count = 0;
+};
+
+/// What a frame means. Stateless; one object per FrameId.
+class FrameGeometry {
+ public:
+  FrameGeometry() = default;
+  FrameGeometry(const FrameGeometry&) = delete;
+  FrameGeometry& operator=(const FrameGeometry&) = delete;
+  virtual ~FrameGeometry() = default;
+
+  [[nodiscard]] virtual std::string_view name() const = 0;
+  [[nodiscard]] virtual std::array<std::string_view, kAxisCount> axis_names() const = 0;
+
+  /// Period [degrees] of an azimuthal axis' node list; 0 for a polar axis.
+  [[nodiscard]] virtual double node_period(std::size_t axis) const = 0;
+  /// Period of the function along a line of that axis: a multiple of node_period.
+  [[nodiscard]] virtual double line_period(std::size_t axis, const Symmetries& symmetries) const = 0;
+  /// Degrees of the slice's parameter (t = s/2, t = u/2 in the elevation frame) per degree of the coordinate.
+  [[nodiscard]] virtual double arc_scale(std::size_t axis) const = 0;
+
+  /// How large a part of all directions lies nearer to one node of an axis than to its neighbours, up to a factor that is
+  /// the same for all. `padded` as in Lattice::nodes.
+  [[nodiscard]] virtual double share_served(std::size_t axis, std::span<const double> padded, double node) const = 0;
+
+  /// Azimuths within their periods, polar angles not clamped. Exchanging i and v gives the same bits.
+  [[nodiscard]] virtual Coordinates coordinates(const DirectionPair& pair) const = 0;
+  /// A pair of directions at these coordinates, both above the horizon.
+  [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates) const = 0;
+
+  /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a
+  /// pole or for an isotropic material are taken out, fixed azimuths lie within their node period, and the moving one's
+  /// offset within its line period.
+  [[nodiscard]] virtual Images images(const AffineLine& line, const Symmetries& symmetries) const = 0;
+};
+
+/// The geometry of a known id; nullptr for others (ids come from files).
+[[nodiscard]] const FrameGeometry* find_geometry(FrameId id);
+[[nodiscard]] const FrameGeometry& geometry(FrameId id);
+
+/// Elevations e_s, 2 e_s, ... below theta_max and theta_max itself, with 0 before them; axial and diagonal slices every
+/// a_s degrees. For an isotropic material s has one node. `azimuth_step_deg` must divide 360.
+[[nodiscard]] Result<FrameSpec> elevation_frame(double elevation_step_deg, double azimuth_step_deg,
+                                                const Symmetries& symmetries, double theta_max_deg = kThetaMaxDeg);
+
+/// The elevation frame with its own lists: `elevations_deg` begins with 0; `s` and `u` begin with 0, within [0, 360).
+[[nodiscard]] FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::vector<double> s_nodes_deg,
+                                                   std::vector<double> u_nodes_deg, const Symmetries& symmetries);
+
+/// The half/difference frame. theta_h and theta_d begin with 0, within [0, 90]; phi_h begins with 0, within [0, 360), and is
+/// just {0} for an isotropic material; phi_d begins with 0, within [0, 180).
+[[nodiscard]] FrameSpec half_difference_frame(std::vector<double> theta_h_deg, std::vector<double> theta_d_deg,
+                                              std::vector<double> phi_h_deg, std::vector<double> phi_d_deg,
+                                              const Symmetries& symmetries);
+
+/// Checks every list against the rules at Axis and against the symmetries.
+[[nodiscard]] Status check_frame(const FrameSpec& spec);
+
+}  // namespace sbrdf

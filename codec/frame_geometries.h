@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "codec/frame.h"
+
+namespace sbrdf {
+
+/// The paper's frame: (s, u, theta_v, theta_i) with s = phi_i + phi_v and u = phi_i - phi_v. (s, u), (s + 360, u + 360)
+/// and (s + 720, u) are the same directions.
+[[nodiscard]] const FrameGeometry& elevation_geometry();
+
+/// Rusinkiewicz' angles (phi_h, phi_d, theta_d, theta_h). Reciprocity makes phi_d repeat every 180 degrees. Highlights lie
+/// along theta_h = 0, on an axis, whatever their direction.
+[[nodiscard]] const FrameGeometry& half_difference_geometry();
+
+// What both have in common.
+
+/// wrap(), and 0 where rounding left the result just below the period: nodes come from decimal degrees and their sums.
+[[nodiscard]] double wrap_node(double angle_deg, double period_deg);
+/// This coordinate is 0 all along the line.
+[[nodiscard]] bool stays_at_zero(const AffineLine& line, std::size_t axis);
+/// Takes a coordinate that does not matter out of a line.
+void drop_axis(AffineLine& line, std::size_t axis);
+/// Mirrors the two azimuths: the axial one at shift / 2, the diagonal one at 0.
+[[nodiscard]] AffineLine mirror_azimuths(AffineLine line, double axial_shift_deg);
+
+/// From half way to the node before to half way to the node after.
+struct ServedRange {
+  double begin_deg = 0;
+  double end_deg = 0;
+};
+[[nodiscard]] ServedRange served_range(std::span<const double> padded, double node_deg);
+
+}  // namespace sbrdf

@@ -1,0 +1,115 @@
+#include "codec/sliced_brdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/lattice.h"
+
+namespace sbrdf {
+namespace {
+
+Error invalid(const std::string& what) { return {ErrorCode::kInvalidFile, what, {}}; }
+
+Status check_finite(std::span<const float> values, const char* name) {
+  const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); });
+  if (bad == values.end()) return ok_status();
+  return invalid(std::string(name) + " " + std::to_string(bad - values.begin()) + " is not finite");
+}
+
+Status check_sizes(const SlicedBrdf& sliced, const Lattice& lattice) {
+  if (sliced.channels.empty()) return invalid("no channel");
+  const std::size_t channels = sliced.channel_count();
+  if (sliced.crossing_values.size() != lattice.crossings.size() * channels) {
+    return invalid("the frame has " + std::to_string(lattice.crossings.size()) + " crossings of " +
+                   std::to_string(channels) + " channels, but there are " +
+                   std::to_string(sliced.crossing_values.size()) + " values");
+  }
+  if (sliced.sample_counts.size() != lattice.slices.size()) {
+    return invalid("the frame has " + std::to_string(lattice.slices.size()) + " slices, but there are " +
+                   std::to_string(sliced.sample_counts.size()) + " sample counts");
+  }
+  if (sliced.sample_values.size() != sliced.positions.size() * channels) {
+    return invalid(std::to_string(sliced.positions.size()) + " samples with " +
+                   std::to_string(sliced.sample_values.size()) + " values");
+  }
+  return ok_status();
+}
+
+Status check_positions(const SlicedBrdf& sliced, const Lattice& lattice) {
+  std::uint64_t next = 0;
+  for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
+    const std::uint64_t end = next + sliced.sample_counts[k];
+    if (end > sliced.positions.size()) return invalid("sample counts exceed the number of samples");
+    for (std::uint64_t p = next; p < end; ++p) {
+      const SamplePosition& position = sliced.positions[p];
+      const bool inside = position.interval < lattice.slices[k].interval_count() && position.fraction > 0 &&
+                          position.fraction < SamplePosition::kOne;
+      if (!inside || (p > next && !(sliced.positions[p - 1] < position))) {
+        return invalid("slice " + std::to_string(k) + ", sample " + std::to_string(p - next) +
+                       ": position outside the slice or out of order");
+      }
+    }
+    next = end;
+  }
+  if (next != sliced.positions.size()) return invalid("more samples than the sample counts say");
+  return ok_status();
+}
+
+Status check_domain(const SlicedBrdf& sliced) {
+  const ValueDomain& domain = sliced.domain;
+  if (domain.kind == DomainKind::kLinear) return ok_status();
+  if (domain.kind != DomainKind::kLog) return Error{ErrorCode::kUnsupported, "unknown value domain", {}};
+  const auto positive = [](float v) { return std::isfinite(v) && v > 0; };
+  const bool sized = domain.reference.size() == sliced.channel_count() && domain.floor.size() == sliced.channel_count();
+  if (!sized || !std::all_of(domain.reference.begin(), domain.reference.end(), positive) ||
+      !std::all_of(domain.floor.begin(), domain.floor.end(), positive)) {
+    return invalid("the log domain needs a positive reference and floor for every channel");
+  }
+  return ok_status();
+}
+
+Status check_guide(const SlicedBrdf& sliced, const Lattice& lattice) {
+  if (!sliced.guide) return ok_status();
+  const Guide& guide = *sliced.guide;
+  if (lattice.spec.id != FrameId::kHalfDifference || sliced.domain.kind != DomainKind::kLog) {
+    return invalid("a guide needs the half/difference frame and the log domain");
+  }
+  if (!(guide.ratio >= 1e-3 && guide.ratio <= 1e3)) return invalid("the guide's ratio must be in [0.001, 1000]");
+  std::uint32_t nodes = 0;
+  for (std::size_t k = 0; k < guide.places.size(); ++k) {
+    const SamplePosition& place = guide.places[k];
+    if (place.fraction == 0) ++nodes;
+    const bool inside = place.fraction < SamplePosition::kOne && place.interval + 1 == nodes &&
+                        (place.fraction == 0 || nodes < lattice.nodes[kVertical].size());
+    if (!inside || (k > 0 && !(guide.places[k - 1] < place))) {
+      return invalid("the guide's sample " + std::to_string(k) + ": outside the axis or out of order");
+    }
+  }
+  if (nodes != lattice.nodes[kVertical].size() || guide.values.size() != guide.places.size() * sliced.channel_count()) {
+    return invalid("the guide has " + std::to_string(guide.places.size()) + " samples at " + std::to_string(nodes) +
+                   " nodes, and " + std::to_string(guide.values.size()) + " values");
+  }
+  return check_finite(guide.values, "guide value");
+}
+
+}  // namespace
+
+double guide_angle_deg(double ratio, const Coordinates& x) {
+  if (ratio == 1) return x[kVertical];
+  const double phi_h = radians_from_degrees(x[kAxial]);
+  const double along_x = std::cos(phi_h) * std::min(1.0, ratio);
+  const double along_y = std::sin(phi_h) / std::max(1.0, ratio);
+  const double theta_h = radians_from_degrees(x[kVertical]);
+  return degrees_from_radians(std::atan2(std::sin(theta_h) * std::hypot(along_x, along_y), std::cos(theta_h)));
+}
+
+Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice) {
+  if (Status status = check_sizes(sliced, lattice); !status) return status;
+  if (Status status = check_domain(sliced); !status) return status;
+  if (Status status = check_guide(sliced, lattice); !status) return status;
+  if (Status status = check_positions(sliced, lattice); !status) return status;
+  if (Status status = check_finite(sliced.crossing_values, "crossing value"); !status) return status;
+  return check_finite(sliced.sample_values, "sample value");
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "codec/frame.h"
+#include "codec/value_domain.h"
+
+namespace sbrdf {
+
+struct Lattice;
+
+/// Place of an adaptive sample on its slice: in which interval between neighbouring crossings, and how far along, as a
+/// fraction of 2^16. Samples come from halving intervals, so the fraction is exact.
+struct SamplePosition {
+  static constexpr std::uint32_t kOne = 1U << 16U;
+  std::uint32_t interval = 0;
+  std::uint32_t fraction = 0;  ///< 1 .. kOne - 1
+
+  auto operator<=>(const SamplePosition&) const = default;
+};
+
+/// A profile over the half vector's angle that is taken off before slices are made and added again at the end: slices then
+/// hold v - g, which is smooth where a highlight is not. Half/difference frame and log domain only.
+struct Guide {
+  /// Over which angle: tan(angle) = tan(theta_h) x r(phi_h), r an ellipse with semi-axes 1 and 1/ratio (ratio > 1: the
+  /// highlight is `ratio` times as wide along y as along x; below 1 the other way). 1 for an isotropic material.
+  double ratio = 1;
+  std::vector<SamplePosition> places;  ///< on the theta_h axis: fraction 0 at its nodes, all of which are there
+  std::vector<float> values;           ///< in the value domain, channel fastest
+
+  bool operator==(const Guide&) const = default;
+};
+
+/// The angle [degrees] over which a guide runs, at frame coordinates of the half/difference frame.
+[[nodiscard]] double guide_angle_deg(double ratio, const Coordinates& x);
+
+/// The content of a sliced file: measured values and where they lie. How crossings and slices are numbered follows from
+/// `frame` (see Lattice).
+struct SlicedBrdf {
+  FrameSpec frame;
+  ValueDomain domain;
+  std::optional<Guide> guide;
+  std::vector<std::string> channels;
+  std::vector<float> crossing_values;       ///< f_r [1/sr], crossing by crossing, channel fastest
+  std::vector<std::uint32_t> sample_counts; ///< adaptive samples on each slice
+  std::vector<SamplePosition> positions;    ///< slice by slice, rising on each
+  std::vector<float> sample_values;         ///< f_r [1/sr] of the adaptive samples, channel fastest
+  std::string metadata;                     ///< a JSON object; how the file came to be
+
+  [[nodiscard]] std::size_t channel_count() const { return channels.size(); }
+  [[nodiscard]] std::size_t crossing_count() const { return crossing_values.size() / channels.size(); }
+  [[nodiscard]] std::size_t adaptive_count() const { return positions.size(); }
+  [[nodiscard]] std::size_t guide_count() const { return guide ? guide->places.size() : 0; }
+  [[nodiscard]] std::size_t sample_count() const { return crossing_count() + adaptive_count() + guide_count(); }
+};
+
+/// Checks that the arrays fit each other and the lattice, positions rise and stay inside, and values are finite.
+[[nodiscard]] Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice);
+
+}  // namespace sbrdf

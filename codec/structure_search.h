@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codec/adaptive_sampling.h"
+#include "codec/held_back.h"
+#include "codec/structure.h"
+
+namespace sbrdf {
+
+/// What an error is when structures are compared.
+enum class Objective : std::uint8_t {
+  kBoth,   ///< sqrt(MRE x relative L1)
+  kMre,    ///< mean relative error
+  kRelL1,  ///< sum |f - r| / sum |f|
+};
+[[nodiscard]] double objective_value(const HeldBackError& error, Objective objective);
+
+/// All choices that a material leaves open.
+struct Structure {
+  FrameOutline outline;
+  DomainKind domain = DomainKind::kLog;
+  int floor_halvings = 5;
+  double value_exponent = 0.5;
+  double guide_ratio = 0;
+};
+
+/// Which of the choices are fixed beforehand.
+struct SearchOptions {
+  std::optional<FrameId> frame;
+  std::optional<DomainKind> domain;
+  Symmetries symmetries;
+  Objective objective = Objective::kBoth;
+  SamplingOptions sampling;     ///< count, refinement and minimum gap; the rest comes from the structure
+  std::size_t evaluations = 200;  ///< how many structures are tried, about
+  /// Called between rounds with the fraction done; false asks to stop.
+  std::function<bool(double)> progress;
+};
+
+struct SearchResult {
+  Structure structure;
+  double error_percent = 0;          ///< the objective, on the held-back directions
+  std::vector<std::string> reasons;  ///< for people: what was tried and how far it came, a line each
+};
+
+/// Finds the structure with the least error on `held_back` within the sample budget: seeds of both frames, then moves from
+/// the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure` is called
+/// from several threads at once. The same result for any number of threads. kUsage where no structure fits the budget.
+[[nodiscard]] Result<SearchResult> search_structure(std::vector<std::string> channels, const Measure& measure,
+                                                    const HeldBack& held_back, const SearchOptions& options);
+
+/// The sampling options that make a structure real.
+[[nodiscard]] SamplingOptions sampling_for(const Structure& structure, SamplingOptions options);
+
+}  // namespace sbrdf

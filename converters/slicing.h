@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codec/adaptive_sampling.h"
+#include "codec/evaluator.h"
+#include "codec/held_back.h"
+#include "codec/sliced_brdf.h"
+#include "codec/sliced_codec.h"
+#include "codec/structure_search.h"
+#include "converters/brdf_source.h"
+#include "converters/progress.h"
+
+namespace sbrdf {
+
+/// The paper's placement of slices in the elevation frame: steps of elevation and azimuth [degrees].
+struct Placement {
+  double elevation_step_deg = 14;
+  double azimuth_step_deg = 36;
+
+  bool operator==(const Placement&) const = default;
+};
+
+/// The paper's Table 3: the placement for a number of samples.
+[[nodiscard]] Placement table_3_placement(std::uint64_t sample_count);
+/// The 17 placements of Table 3, from few crossings to many.
+[[nodiscard]] std::span<const Placement> table_3_placements();
+
+inline constexpr std::uint64_t kDefaultSampleCount = 4096;
+inline constexpr std::size_t kDefaultSearchEvaluations = 200;
+inline constexpr std::uint64_t kMaxSampleCount = 1'000'000;
+
+/// Where slices lie, how they are sampled, and when to stop. What is left open is chosen by the error on held-back
+/// directions.
+struct SliceOptions {
+  std::optional<FrameId> frame;
+  std::optional<DomainKind> domain;
+  /// Fixes the frame to the elevation frame and its symmetries to reciprocity and, for isotropic sources, isotropy, as in
+  /// the paper; nothing is searched, and an open domain is the log domain.
+  std::optional<Placement> placement;
+  Refinement refinement = Refinement::kTrue;
+  std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kMeasured (the paper's), 0.1 for kTrue
+  bool use_mirrors = true;                ///< look for mirror symmetries of the source and use those that hold exactly
+  std::size_t search_evaluations = kDefaultSearchEvaluations;
+
+  // Stop rules: at most one target.
+  std::uint64_t sample_count = kDefaultSampleCount;  ///< of no meaning where a target or max_bytes is given
+  std::optional<double> target_mre_percent;          ///< the fewest samples that reach this on held-back directions
+  std::optional<double> target_rel_l1_percent;
+  std::optional<std::uint64_t> max_bytes;            ///< the most samples whose file is not larger
+};
+
+/// What slicing changed. Counts are of channel values among the samples taken.
+struct SliceReport {
+  double reciprocity_residual_percent = 0;  ///< of the source before it was symmetrised
+  std::uint64_t values = 0;
+  std::uint64_t zero_values = 0;
+  std::uint64_t negative_values = 0;
+  std::uint64_t wanted_samples = 0;
+  HeldBackError error;                 ///< on directions that took no part in any choice
+  std::uint64_t error_directions = 0;
+  std::vector<std::string> reasons;    ///< why this structure, where one was searched for
+};
+
+struct Slicing {
+  SlicedBrdf sliced;
+  Lattice lattice;
+  SliceReport report;
+};
+
+/// Samples a source into slices. One that is not reciprocal is replaced by the mean of f(i,v) and f(v,i). `metadata` of
+/// the result records the source, the choices and the report.
+///
+/// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an infinity, or
+/// no positive value at all; kDifference where a target cannot be reached; interrupted_error() where `progress` asked to
+/// stop.
+[[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
+                                           const Progress& progress = {});
+
+/// A sliced BRDF that can be evaluated.
+class SlicedSource final : public BrdfSource {
+ public:
+  explicit SlicedSource(DecodedSliced decoded);
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+
+  [[nodiscard]] const SlicedBrdf& sliced() const { return decoded_.sliced; }
+  [[nodiscard]] const Lattice& lattice() const { return decoded_.lattice; }
+  /// Of the container that it was read from, such as "0.1"; empty where there was none.
+  [[nodiscard]] const std::string& version() const { return decoded_.version; }
+
+ private:
+  DecodedSliced decoded_;
+  SourceTraits traits_;
+  Evaluator evaluator_;
+};
+
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_sliced(std::span<const std::byte> bytes);
+
+}  // namespace sbrdf

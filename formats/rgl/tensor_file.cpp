@@ -1,0 +1,193 @@
+#include "formats/rgl/tensor_file.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "formats/core/byte_reader.h"
+
+namespace sbrdf {
+namespace {
+
+using std::string_view_literals::operator""sv;
+
+constexpr std::string_view kMagic = "tensor_file\0"sv;
+constexpr std::size_t kVersionOffset = kMagic.size();
+constexpr std::size_t kFieldCountOffset = kVersionOffset + 2;
+constexpr std::size_t kShownNameSize = 40;
+
+struct TypeRow {
+  std::string_view name;
+  std::size_t size;
+};
+constexpr std::array<TypeRow, 12> kTypes = {{{"invalid", 0},
+                                             {"u8", 1},
+                                             {"i8", 1},
+                                             {"u16", 2},
+                                             {"i16", 2},
+                                             {"u32", 4},
+                                             {"i32", 4},
+                                             {"u64", 8},
+                                             {"i64", 8},
+                                             {"f16", 2},
+                                             {"f32", 4},
+                                             {"f64", 8}}};
+
+std::string_view text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string label(std::uint32_t index, std::string_view name) {
+  std::string text = "field " + std::to_string(index);
+  if (!name.empty()) text += " \"" + printable_text(name, kShownNameSize) + "\"";
+  return text + ": ";
+}
+
+Error invalid(std::string message, std::uint64_t offset) {
+  return {ErrorCode::kInvalidFile, std::move(message), offset};
+}
+
+Error unsupported(std::string message, std::uint64_t offset) {
+  return {ErrorCode::kUnsupported, std::move(message), offset};
+}
+
+Error truncated(const ByteReader& in, const std::string& where) {
+  Error error = in.error();
+  error.message = where + error.message;
+  return error;
+}
+
+/// Bytes of all elements. Each extent is held against what is left of the file, since the product of hostile extents
+/// can wrap to a size that fits.
+Result<std::uint64_t> field_size(const TensorField& field, std::uint64_t file_size, std::uint64_t shape_offset,
+                                 const std::string& where) {
+  if (std::ranges::find(field.shape, std::uint64_t{0}) != field.shape.end()) return std::uint64_t{0};
+  const std::uint64_t element_size = tensor_type_size(field.type);
+  const std::uint64_t available_count = (file_size - field.offset) / element_size;
+  std::uint64_t count = 1;
+  for (std::size_t axis = 0; axis < field.shape.size(); ++axis) {
+    if (field.shape[axis] > available_count / count) {
+      return invalid(where + "shape[" + std::to_string(axis) + "] = " + std::to_string(field.shape[axis]) +
+                         " asks for more than the " + std::to_string(file_size - field.offset) +
+                         " bytes between the field's offset and the end of the file",
+                     shape_offset + axis * sizeof(std::uint64_t));
+    }
+    count *= field.shape[axis];
+  }
+  if (count > available_count)
+    return invalid(where + "its element lies beyond the end of the file", field.entry_offset);
+  return count * element_size;
+}
+
+/// One entry of the header. `bytes` stays empty where the field is.
+Result<TensorField> parse_field(ByteReader& in, std::span<const std::byte> file, std::uint32_t index) {
+  TensorField field;
+  field.entry_offset = in.offset();
+  const std::uint16_t name_size = in.u16();
+  field.name = text_of(in.bytes(name_size));
+  const std::string where = label(index, field.name);
+  const std::size_t dimension_offset = in.offset();
+  const std::uint16_t dimension_count = in.u16();
+  const std::uint8_t type = in.u8();
+  const std::size_t offset_offset = in.offset();
+  field.offset = in.u64();
+  if (!in.ok()) return truncated(in, where);
+
+  if (name_size == 0) return invalid(where + "has no name", field.entry_offset);
+  if (dimension_count > kTensorMaxDimensionCount) {
+    return unsupported(where + "has " + std::to_string(dimension_count) + " dimensions, the limit is " +
+                           std::to_string(kTensorMaxDimensionCount),
+                       dimension_offset);
+  }
+  if (type == 0 || type >= kTypes.size()) {
+    return invalid(where + "unknown element type " + std::to_string(type), dimension_offset + 2);
+  }
+  field.type = static_cast<TensorType>(type);
+  if (field.offset > file.size()) {
+    return invalid(where + "its offset " + std::to_string(field.offset) + " is beyond the end of the file",
+                   offset_offset);
+  }
+
+  const std::size_t shape_offset = in.offset();
+  field.shape.resize(dimension_count);
+  for (std::uint64_t& extent : field.shape) extent = in.u64();
+  if (!in.ok()) return truncated(in, where);
+  const Result<std::uint64_t> size = field_size(field, file.size(), shape_offset, where);
+  if (!size) return size.error();
+  field.bytes = file.subspan(static_cast<std::size_t>(field.offset), static_cast<std::size_t>(*size));
+  return field;
+}
+
+/// What can be checked only once the whole header is known.
+Status check_placement(const TensorFile& tensors, std::size_t header_size) {
+  for (std::size_t index = 0; index < tensors.fields.size(); ++index) {
+    const TensorField& field = tensors.fields[index];
+    if (field.offset >= header_size || field.bytes.empty()) continue;
+    return invalid(label(static_cast<std::uint32_t>(index), field.name) + "its offset " + std::to_string(field.offset) +
+                       " is inside the header, which ends at " + std::to_string(header_size),
+                   field.entry_offset);
+  }
+  return ok_status();
+}
+
+/// Magic, version and the count of fields.
+Result<std::uint32_t> parse_prologue(ByteReader& in) {
+  if (text_of(in.bytes(kMagic.size())) != kMagic) return invalid("not a tensor file: the magic is missing", 0);
+  const int major = in.u8();
+  const int minor = in.u8();
+  const std::uint32_t field_count = in.u32();
+  if (!in.ok()) return truncated(in, "tensor file header: ");
+  if (major != 1 || minor != 0) {
+    return unsupported(
+        "tensor file version " + std::to_string(major) + "." + std::to_string(minor) + ", only 1.0 is known",
+        kVersionOffset);
+  }
+  if (field_count > kTensorMaxFieldCount) {
+    return unsupported("tensor file with " + std::to_string(field_count) + " fields, the limit is " +
+                           std::to_string(kTensorMaxFieldCount),
+                       kFieldCountOffset);
+  }
+  return field_count;
+}
+
+}  // namespace
+
+std::size_t tensor_type_size(TensorType type) { return kTypes[static_cast<std::size_t>(type)].size; }
+std::string_view tensor_type_name(TensorType type) { return kTypes[static_cast<std::size_t>(type)].name; }
+
+const TensorField* TensorFile::find(std::string_view name) const {
+  const auto found = std::ranges::find(fields, name, &TensorField::name);
+  return found == fields.end() ? nullptr : &*found;
+}
+
+bool is_tensor_file(std::span<const std::byte> bytes) {
+  return bytes.size() >= kMagic.size() && text_of(bytes.first(kMagic.size())) == kMagic;
+}
+
+Result<TensorFile> parse_tensor_file(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  const Result<std::uint32_t> field_count = parse_prologue(in);
+  if (!field_count) return field_count.error();
+  TensorFile tensors;
+  for (std::uint32_t index = 0; index < *field_count; ++index) {
+    Result<TensorField> field = parse_field(in, bytes, index);
+    if (!field) return field.error();
+    if (tensors.find(field->name) != nullptr) {
+      return invalid(label(index, field->name) + "the name was used before", field->entry_offset);
+    }
+    tensors.fields.push_back(std::move(field).value());
+  }
+  const Status placed = check_placement(tensors, in.offset());
+  if (!placed) return placed.error();
+  return tensors;
+}
+
+std::string printable_text(std::string_view text, std::size_t max_size) {
+  std::string shown(text.substr(0, max_size));
+  std::ranges::replace_if(
+      shown, [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  if (text.size() > max_size) shown += "...";
+  return shown;
+}
+
+}  // namespace sbrdf

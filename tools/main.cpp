@@ -1,0 +1,62 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "formats/core/result.h"
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/terminal.h"
+
+namespace {
+
+std::string usage_message(const CLI::App& program, const CLI::ParseError& error, int argc, char** argv) {
+  const auto chosen = program.get_subcommands();
+  if (!chosen.empty()) return std::string(error.what()) + "; see 'sbrdf " + chosen.front()->get_name() + " --help'";
+  // CLI11 says only that a command is missing.
+  const bool misspelt = argc > 1 && *argv[1] != '-';
+  return (misspelt ? "there is no command '" + std::string(argv[1]) + "'" : error.what()) + "; see 'sbrdf --help'";
+}
+
+int run(int argc, char** argv) {
+  CLI::App program("Sliced representation of measured BRDFs: converts, evaluates and compares.", "sbrdf");
+  program.set_version_flag("--version", "sbrdf " SBRDF_VERSION);
+  program.require_subcommand(1);
+  program.footer(
+      "A BRDF is a file, recognised by its content, or kurt:NAME or kurt:FILE.json (see 'sbrdf formats').\n"
+      "Exit codes: 0 ok, 1 usage, 2 reading or writing, 3 invalid file, 4 unsupported, 5 difference above a limit.\n\n"
+      "Example:\n  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911");
+  int exit_code = 0;
+  sbrdf::add_convert(program, exit_code);
+  sbrdf::add_info(program, exit_code);
+  sbrdf::add_compare(program, exit_code);
+  sbrdf::add_eval(program, exit_code);
+  sbrdf::add_formats(program, exit_code);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    sbrdf::print(program.help());
+  } catch (const CLI::CallForVersion& version) {
+    sbrdf::print(std::string(version.what()) + "\n");
+  } catch (const CLI::ParseError& error) {
+    exit_code = sbrdf::report_error("", {sbrdf::ErrorCode::kUsage, usage_message(program, error, argc, argv), {}});
+  }
+  return sbrdf::finish_output(exit_code);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using sbrdf::ErrorCode;
+  try {
+    sbrdf::catch_interrupts();
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    // Nothing that might need memory.
+    std::fputs("sbrdf: not enough memory\n", stderr);
+    return static_cast<int>(ErrorCode::kIo);
+  } catch (const std::exception& error) {
+    return sbrdf::report_error("", {ErrorCode::kIo, error.what(), {}});
+  }
+}
