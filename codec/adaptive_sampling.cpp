@@ -35,7 +35,11 @@ struct Working {
 class Sampler {
  public:
   Sampler(const Lattice& lattice, const Measure& measure, const SamplingOptions& options, SlicedBrdf& sliced)
-      : lattice_(lattice), frame_(geometry(lattice.spec.id)), measure_(measure), options_(options), sliced_(sliced),
+      : lattice_(lattice),
+        frame_(geometry(lattice.spec.id)),
+        measure_(measure),
+        options_(options),
+        sliced_(sliced),
         channels_(sliced.channel_count()) {}
   Sampler(const Sampler&) = delete;
   Sampler& operator=(const Sampler&) = delete;
@@ -183,7 +187,8 @@ class MeasuredSampler final : public Sampler {
 
   std::uint64_t target_after(int round, std::uint64_t adaptive) const override {
     const double first = std::min<double>(round, options_.first_rounds) / options_.first_rounds;
-    const double second = std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) / options_.second_rounds;
+    const double second =
+        std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) / options_.second_rounds;
     const double share = options_.first_share * first + (1 - options_.first_share) * second;
     return static_cast<std::uint64_t>(std::llround(share * static_cast<double>(adaptive)));
   }
@@ -246,7 +251,8 @@ class MeasuredSampler final : public Sampler {
   }
 };
 
-/// A gap weighs the error of the spline within it, times its width and the share of all directions that its slice serves.
+/// A gap weighs the error of the spline within it, times its width and the share of all directions that its slice
+/// serves.
 class TrueSampler final : public Sampler {
  public:
   using Sampler::Sampler;
@@ -300,7 +306,8 @@ class TrueSampler final : public Sampler {
       const std::size_t first = k - rank_in_slice(chosen, k);
       const std::size_t left = chosen[k].left + (k - first);
       for (std::size_t child = 0; child < 2; ++child) {
-        const Gap gap = gap_after(lattice_, lattice_.slices[chosen[k].slice], slices_[chosen[k].slice].samples, left + child);
+        const Gap gap =
+            gap_after(lattice_, lattice_.slices[chosen[k].slice], slices_[chosen[k].slice].samples, left + child);
         pairs.push_back(probe_at(chosen[k].slice, left + child, gap, 0));
         pairs.push_back(probe_at(chosen[k].slice, left + child, gap, 2));
       }

@@ -24,11 +24,12 @@ enum class Refinement : std::uint8_t {
 struct SamplingOptions {
   std::uint64_t sample_count = 0;  ///< crossings included; must be at least their number
   Refinement refinement = Refinement::kMeasured;
-  double minimum_gap_deg = 1;      ///< of the slice's parameter; a gap narrower than twice this stays whole
+  double minimum_gap_deg = 1;  ///< of the slice's parameter; a gap narrower than twice this stays whole
   DomainKind domain = DomainKind::kLinear;
   int floor_halvings = kDefaultFloorHalvings;  ///< for the log domain
 
-  double guide_ratio = 0;  ///< take off a guide of this ratio (see Guide); 0: none. A twentieth of the samples goes to it
+  double guide_ratio =
+      0;  ///< take off a guide of this ratio (see Guide); 0: none. A twentieth of the samples goes to it
 
   // kMeasured: section 5 of the paper and what specs/conventions.md settles about it.
   double first_share = 0.9;  ///< k: share of the adaptive samples that is placed in the first p1 rounds
@@ -36,11 +37,12 @@ struct SamplingOptions {
   int second_rounds = 5;     ///< p2
 
   // kTrue
-  double value_exponent = 0.5;  ///< errors in the log domain weigh f^this: 0 for the mean relative error, 1 for the L1 error
+  double value_exponent =
+      0.5;  ///< errors in the log domain weigh f^this: 0 for the mean relative error, 1 for the L1 error
 };
 
-/// Places and measures samples along the slices until `sample_count` is reached. Deterministic. May end below when every
-/// gap is at the minimum.
+/// Places and measures samples along the slices until `sample_count` is reached. Deterministic. May end below when
+/// every gap is at the minimum.
 [[nodiscard]] Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string> channels,
                                                const Measure& measure, const SamplingOptions& options);
 

@@ -119,8 +119,8 @@ typename BasicEvaluator<Real>::Cell BasicEvaluator<Real>::locate(const Coordinat
     while (index > 0 && nodes[index] > clamped) --index;
     while (index < last_cell && nodes[index + 1] <= clamped) ++index;
     cell.index[axis] = index;
-    cell.fraction[axis] =
-        static_cast<Real>((static_cast<Wide>(clamped) - nodes[index]) / (static_cast<Wide>(nodes[index + 1]) - nodes[index]));
+    cell.fraction[axis] = static_cast<Real>((static_cast<Wide>(clamped) - nodes[index]) /
+                                            (static_cast<Wide>(nodes[index + 1]) - nodes[index]));
   }
   return cell;
 }

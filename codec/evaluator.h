@@ -14,7 +14,8 @@ namespace sbrdf {
 /// Evaluates a sliced BRDF (specs/conventions.md): splines along each slice, then the sum of four slices less three
 /// times the corners, clamped from below by the least of the slices. In the log domain it is clamped from above by the
 /// greatest of them, too: beside a deep valley the sum would be far above, and the exponential makes that a false
-/// highlight. A channel without a negative sample never comes out negative. Immutable after construction, so one object serves any number of threads; no allocation per evaluation.
+/// highlight. A channel without a negative sample never comes out negative. Immutable after construction, so one object
+/// serves any number of threads; no allocation per evaluation.
 ///
 /// Real is the arithmetic: float for use, long double for judging it. Directions beyond the largest theta of the frame
 /// take the value at it.
@@ -68,7 +69,7 @@ class BasicEvaluator {
   Strides corner_strides_{};
   std::array<std::vector<LineReference>, kAxisCount> lines_;
   std::array<Strides, kAxisCount> line_strides_{};
-  std::vector<Real> corner_values_;     ///< in the value domain, per crossing, channel fastest
+  std::vector<Real> corner_values_;  ///< in the value domain, per crossing, channel fastest
   std::vector<Curve> curves_;
   std::vector<double> knots_;           ///< positions of samples
   std::vector<Real> knot_values_;       ///< per knot: the values of all channels, then their second derivatives

@@ -91,8 +91,8 @@ class FrameGeometry {
   /// Degrees of the slice's parameter (t = s/2, t = u/2 in the elevation frame) per degree of the coordinate.
   [[nodiscard]] virtual double arc_scale(std::size_t axis) const = 0;
 
-  /// How large a part of all directions lies nearer to one node of an axis than to its neighbours, up to a factor that is
-  /// the same for all. `padded` as in Lattice::nodes.
+  /// How large a part of all directions lies nearer to one node of an axis than to its neighbours, up to a factor that
+  /// is the same for all. `padded` as in Lattice::nodes.
   [[nodiscard]] virtual double share_served(std::size_t axis, std::span<const double> padded, double node) const = 0;
 
   /// Azimuths within their periods, polar angles not clamped. Exchanging i and v gives the same bits.
@@ -119,8 +119,8 @@ class FrameGeometry {
 [[nodiscard]] FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::vector<double> s_nodes_deg,
                                                    std::vector<double> u_nodes_deg, const Symmetries& symmetries);
 
-/// The half/difference frame. theta_h and theta_d begin with 0, within [0, 90]; phi_h begins with 0, within [0, 360), and is
-/// just {0} for an isotropic material; phi_d begins with 0, within [0, 180).
+/// The half/difference frame. theta_h and theta_d begin with 0, within [0, 90]; phi_h begins with 0, within [0, 360),
+/// and is just {0} for an isotropic material; phi_d begins with 0, within [0, 180).
 [[nodiscard]] FrameSpec half_difference_frame(std::vector<double> theta_h_deg, std::vector<double> theta_d_deg,
                                               std::vector<double> phi_h_deg, std::vector<double> phi_d_deg,
                                               const Symmetries& symmetries);

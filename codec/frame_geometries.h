@@ -11,8 +11,8 @@ namespace sbrdf {
 /// and (s + 720, u) are the same directions.
 [[nodiscard]] const FrameGeometry& elevation_geometry();
 
-/// Rusinkiewicz' angles (phi_h, phi_d, theta_d, theta_h). Reciprocity makes phi_d repeat every 180 degrees. Highlights lie
-/// along theta_h = 0, on an axis, whatever their direction.
+/// Rusinkiewicz' angles (phi_h, phi_d, theta_d, theta_h). Reciprocity makes phi_d repeat every 180 degrees. Highlights
+/// lie along theta_h = 0, on an axis, whatever their direction.
 [[nodiscard]] const FrameGeometry& half_difference_geometry();
 
 // What both have in common.

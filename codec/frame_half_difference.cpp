@@ -13,8 +13,8 @@ constexpr std::size_t kThetaD = kHorizontal;
 constexpr std::size_t kThetaH = kVertical;
 
 // Lattice points below the horizon need a value that lets slices pass smoothly into the directions that count. Each
-// direction's theta is kept below the largest that any frame covers; the last bit of the way is eased, because a hard stop
-// would put a kink into every slice.
+// direction's theta is kept below the largest that any frame covers; the last bit of the way is eased, because a hard
+// stop would put a kink into every slice.
 constexpr double kEaseDeg = 1;
 
 double eased_theta(double theta) {
@@ -70,9 +70,8 @@ class HalfDifferenceGeometry final : public FrameGeometry {
   }
 
   DirectionPair directions(const Coordinates& x) const override {
-    DirectionPair pair =
-        pair_from_half_difference({radians_from_degrees(x[kThetaH]), radians_from_degrees(x[kPhiH]),
-                                   radians_from_degrees(x[kThetaD]), radians_from_degrees(x[kPhiD])});
+    DirectionPair pair = pair_from_half_difference({radians_from_degrees(x[kThetaH]), radians_from_degrees(x[kPhiH]),
+                                                    radians_from_degrees(x[kThetaD]), radians_from_degrees(x[kPhiD])});
     pair.i.theta = eased_theta(pair.i.theta);
     pair.v.theta = eased_theta(pair.v.theta);
     return pair;

@@ -8,9 +8,9 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::size_t kMaxAzimuths = 12;       // of each azimuthal axis, evenly picked
-constexpr double kSmallestGapDeg = 0.05;       // of the guide's angle
-constexpr double kLeastError = 1e-3;           // in the value domain; below this a guide has done its work
+constexpr std::size_t kMaxAzimuths = 12;  // of each azimuthal axis, evenly picked
+constexpr double kSmallestGapDeg = 0.05;  // of the guide's angle
+constexpr double kLeastError = 1e-3;      // in the value domain; below this a guide has done its work
 
 std::vector<double> pick(const std::vector<double>& nodes) {
   if (nodes.size() <= kMaxAzimuths) return nodes;
@@ -22,13 +22,16 @@ std::vector<double> pick(const std::vector<double>& nodes) {
 class GuideFit {
  public:
   GuideFit(const SlicedBrdf& sliced, const Lattice& lattice, double ratio, const Measure& measure)
-      : frame_(geometry(lattice.spec.id)), nodes_(lattice.nodes[kVertical]), channels_(sliced.channel_count()),
+      : frame_(geometry(lattice.spec.id)),
+        nodes_(lattice.nodes[kVertical]),
+        channels_(sliced.channel_count()),
         measure_(measure) {
     guide_.ratio = ratio;
     for (std::size_t c = 0; c < channels_; ++c) maps_.emplace_back(sliced.domain, c);
     for (const double phi_h : pick(lattice.spec.axes[kAxial].nodes_deg)) {
       for (const double phi_d : pick(lattice.spec.axes[kDiagonal].nodes_deg)) {
-        for (const double theta_d : lattice.spec.axes[kHorizontal].nodes_deg) rays_.push_back({phi_h, phi_d, theta_d, 0});
+        for (const double theta_d : lattice.spec.axes[kHorizontal].nodes_deg)
+          rays_.push_back({phi_h, phi_d, theta_d, 0});
       }
     }
   }
@@ -72,7 +75,8 @@ class GuideFit {
     }
     means.assign(channels_, 0);
     if (pairs.empty()) {
-      if (!guide_.values.empty()) means.assign(guide_.values.end() - static_cast<std::ptrdiff_t>(channels_), guide_.values.end());
+      if (!guide_.values.empty())
+        means.assign(guide_.values.end() - static_cast<std::ptrdiff_t>(channels_), guide_.values.end());
       return ok_status();
     }
     std::vector<float> values(pairs.size() * channels_);
@@ -94,7 +98,8 @@ class GuideFit {
 
   void insert(std::size_t at, const SamplePosition& place, const std::vector<float>& means) {
     guide_.places.insert(guide_.places.begin() + static_cast<std::ptrdiff_t>(at), place);
-    guide_.values.insert(guide_.values.begin() + static_cast<std::ptrdiff_t>(at * channels_), means.begin(), means.end());
+    guide_.values.insert(guide_.values.begin() + static_cast<std::ptrdiff_t>(at * channels_), means.begin(),
+                         means.end());
   }
 
   Status probe(std::size_t gap) {
@@ -122,7 +127,8 @@ class GuideFit {
       if (gaps_[gap].place.fraction == 0) continue;
       curve.evaluate_at(guide_position_deg(nodes_, gaps_[gap].place), 0, values);
       double difference = 0;
-      for (std::size_t c = 0; c < channels_; ++c) difference = std::max(difference, std::abs(values[c] - gaps_[gap].means[c]));
+      for (std::size_t c = 0; c < channels_; ++c)
+        difference = std::max(difference, std::abs(values[c] - gaps_[gap].means[c]));
       if (difference > error) {
         error = difference;
         worst = gap;

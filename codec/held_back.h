@@ -9,9 +9,9 @@
 namespace sbrdf {
 
 /// Directions that no sample is placed by, with the source's values: what a structure is judged on. theta of both is
-/// uniform in [0, 80] degrees and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose half
-/// vector is close to the normal are drawn more often, and weigh less in return, so that a highlight a degree wide is
-/// looked at densely.
+/// uniform in [0, 80] degrees and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
+/// half vector is close to the normal are drawn more often, and weigh less in return, so that a highlight a degree wide
+/// is looked at densely.
 struct HeldBack {
   std::vector<DirectionPair> pairs;
   std::vector<double> weights;  ///< sum to 1

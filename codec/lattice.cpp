@@ -240,10 +240,10 @@ class Builder {
       const bool starts = std::abs(nodes.front().position_deg - slice.start_deg) < 1e-6;
       const bool ends = std::abs(nodes.back().position_deg - slice.start_deg - slice.length_deg) < 1e-6;
       if (!starts || (slice.boundary != Boundary::kPeriodic && !ends)) {
-        return Error{ErrorCode::kUnsupported,
-                     "frame: the mirror planes of the symmetries need nodes on axis " +
-                         lattice_.spec.axes[slice.kind].name,
-                     {}};
+        return Error{
+            ErrorCode::kUnsupported,
+            "frame: the mirror planes of the symmetries need nodes on axis " + lattice_.spec.axes[slice.kind].name,
+            {}};
       }
     }
     return ok_status();
@@ -264,7 +264,8 @@ Result<Lattice> build_lattice(const FrameSpec& spec) {
 }
 
 double fold(const Slice& slice, double position_deg) {
-  if (slice.boundary == Boundary::kBounded) return std::clamp(position_deg, slice.start_deg, slice.start_deg + slice.length_deg);
+  if (slice.boundary == Boundary::kBounded)
+    return std::clamp(position_deg, slice.start_deg, slice.start_deg + slice.length_deg);
   const bool mirrored = slice.boundary == Boundary::kMirrored;
   const double period = mirrored ? 2 * slice.length_deg : slice.length_deg;
   double from_start = position_deg - slice.start_deg;

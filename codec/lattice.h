@@ -20,10 +20,10 @@ enum class Boundary : std::uint8_t {
 struct Slice {
   SliceKind kind = kAxial;
   Boundary boundary = Boundary::kBounded;
-  double start_deg = 0;      ///< position of the first node, in degrees of the slice's own coordinate
-  double length_deg = 0;     ///< from the first node to the end
-  double gap_scale = 1;      ///< degrees of the slice's parameter (the paper's t) per degree of position
-  Coordinates fixed{};       ///< the other three coordinates; the entry of `kind` is unused
+  double start_deg = 0;          ///< position of the first node, in degrees of the slice's own coordinate
+  double length_deg = 0;         ///< from the first node to the end
+  double gap_scale = 1;          ///< degrees of the slice's parameter (the paper's t) per degree of position
+  Coordinates fixed{};           ///< the other three coordinates; the entry of `kind` is unused
   std::uint32_t node_begin = 0;  ///< its crossings in Lattice::slice_nodes, by rising position
   std::uint32_t node_count = 0;
 
@@ -39,8 +39,8 @@ struct SliceNode {
   std::uint32_t crossing = 0;
 };
 
-/// Where the values of a line of the lattice come from: position on the slice = sign * coordinate + offset, brought into
-/// the slice by `fold`. A line on which nothing varies is one crossing.
+/// Where the values of a line of the lattice come from: position on the slice = sign * coordinate + offset, brought
+/// into the slice by `fold`. A line on which nothing varies is one crossing.
 struct LineReference {
   static constexpr std::uint32_t kConstant = 0x80000000U;
   std::uint32_t target = 0;  ///< a slice, or kConstant + a crossing
@@ -62,8 +62,8 @@ struct Lattice {
   /// Nodes of each axis with the turn of an azimuthal axis closed: s over [0, 720], u over [0, 360], phi_h over
   /// [0, 360], phi_d over [0, 180]. An axis with a single node keeps just that: nothing varies along it.
   std::array<std::vector<double>, kAxisCount> nodes;
-  std::vector<Coordinates> crossings;         ///< one representative for each unique crossing
-  std::vector<std::uint32_t> corners;         ///< crossing at each padded lattice point; strides in corner_strides
+  std::vector<Coordinates> crossings;  ///< one representative for each unique crossing
+  std::vector<std::uint32_t> corners;  ///< crossing at each padded lattice point; strides in corner_strides
   Strides corner_strides{};
   std::array<std::vector<LineReference>, kAxisCount> lines;  ///< per axis; strides in line_strides[axis]
   std::array<Strides, kAxisCount> line_strides{};

@@ -10,7 +10,8 @@ namespace sbrdf {
 double guide_position_deg(std::span<const double> theta_h_nodes, const SamplePosition& place) {
   const double from = theta_h_nodes[place.interval];
   if (place.fraction == 0) return from;
-  return from + (theta_h_nodes[place.interval + 1] - from) * (static_cast<double>(place.fraction) / SamplePosition::kOne);
+  return from +
+         (theta_h_nodes[place.interval + 1] - from) * (static_cast<double>(place.fraction) / SamplePosition::kOne);
 }
 
 template <class Real>

@@ -4,7 +4,8 @@ namespace sbrdf {
 namespace {
 
 double interval_width(std::span<const SliceNode> nodes, const Slice& slice, std::uint32_t interval) {
-  const double end = interval + 1 < nodes.size() ? nodes[interval + 1].position_deg : slice.start_deg + slice.length_deg;
+  const double end =
+      interval + 1 < nodes.size() ? nodes[interval + 1].position_deg : slice.start_deg + slice.length_deg;
   return end - nodes[interval].position_deg;
 }
 
@@ -14,7 +15,8 @@ double position_deg(const Lattice& lattice, const Slice& slice, const SamplePosi
   const auto nodes = lattice.nodes_of(slice);
   const double from = nodes[place.interval].position_deg;
   if (place.fraction == 0) return from;
-  return from + interval_width(nodes, slice, place.interval) * (static_cast<double>(place.fraction) / SamplePosition::kOne);
+  return from +
+         interval_width(nodes, slice, place.interval) * (static_cast<double>(place.fraction) / SamplePosition::kOne);
 }
 
 std::size_t gap_count(const Slice& slice, const SliceSamples& samples) {
@@ -25,8 +27,9 @@ Gap gap_after(const Lattice& lattice, const Slice& slice, const SliceSamples& sa
   const bool last = left + 1 == samples.size();
   const SamplePosition& place = samples.places[left];
   // The right end as a fraction of the same interval: a crossing there is its full length.
-  const std::uint32_t right =
-      !last && samples.places[left + 1].interval == place.interval ? samples.places[left + 1].fraction : SamplePosition::kOne;
+  const std::uint32_t right = !last && samples.places[left + 1].interval == place.interval
+                                  ? samples.places[left + 1].fraction
+                                  : SamplePosition::kOne;
   const double end = last ? slice.start_deg + slice.length_deg : samples.positions_deg[left + 1];
   Gap gap;
   gap.width_deg = end - samples.positions_deg[left];

@@ -23,8 +23,8 @@ struct SamplePosition {
   auto operator<=>(const SamplePosition&) const = default;
 };
 
-/// A profile over the half vector's angle that is taken off before slices are made and added again at the end: slices then
-/// hold v - g, which is smooth where a highlight is not. Half/difference frame and log domain only.
+/// A profile over the half vector's angle that is taken off before slices are made and added again at the end: slices
+/// then hold v - g, which is smooth where a highlight is not. Half/difference frame and log domain only.
 struct Guide {
   /// Over which angle: tan(angle) = tan(theta_h) x r(phi_h), r an ellipse with semi-axes 1 and 1/ratio (ratio > 1: the
   /// highlight is `ratio` times as wide along y as along x; below 1 the other way). 1 for an isotropic material.
@@ -45,11 +45,11 @@ struct SlicedBrdf {
   ValueDomain domain;
   std::optional<Guide> guide;
   std::vector<std::string> channels;
-  std::vector<float> crossing_values;       ///< f_r [1/sr], crossing by crossing, channel fastest
-  std::vector<std::uint32_t> sample_counts; ///< adaptive samples on each slice
-  std::vector<SamplePosition> positions;    ///< slice by slice, rising on each
-  std::vector<float> sample_values;         ///< f_r [1/sr] of the adaptive samples, channel fastest
-  std::string metadata;                     ///< a JSON object; how the file came to be
+  std::vector<float> crossing_values;        ///< f_r [1/sr], crossing by crossing, channel fastest
+  std::vector<std::uint32_t> sample_counts;  ///< adaptive samples on each slice
+  std::vector<SamplePosition> positions;     ///< slice by slice, rising on each
+  std::vector<float> sample_values;          ///< f_r [1/sr] of the adaptive samples, channel fastest
+  std::string metadata;                      ///< a JSON object; how the file came to be
 
   [[nodiscard]] std::size_t channel_count() const { return channels.size(); }
   [[nodiscard]] std::size_t crossing_count() const { return crossing_values.size() / channels.size(); }

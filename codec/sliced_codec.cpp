@@ -140,12 +140,9 @@ Result<Guide> decode_guide(std::span<const std::byte> bytes, std::size_t channel
 std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced) {
   const auto metadata = std::as_bytes(std::span(sliced.metadata.data(), sliced.metadata.size()));
   std::vector<Chunk> chunks = {
-      {"FRAM", encode_frame(sliced.frame)},
-      {"VALU", encode_values(sliced)},
-      {"META", {metadata.begin(), metadata.end()}},
-      {"CROS", bytes_of(sliced.crossing_values)},
-      {"CNTS", bytes_of(sliced.sample_counts)},
-      {"POSI", bytes_of(split_positions(sliced.positions))},
+      {"FRAM", encode_frame(sliced.frame)},         {"VALU", encode_values(sliced)},
+      {"META", {metadata.begin(), metadata.end()}}, {"CROS", bytes_of(sliced.crossing_values)},
+      {"CNTS", bytes_of(sliced.sample_counts)},     {"POSI", bytes_of(split_positions(sliced.positions))},
       {"SAMP", bytes_of(sliced.sample_values)},
   };
   if (sliced.guide) chunks.push_back({"GUID", encode_guide(*sliced.guide)});

@@ -15,9 +15,9 @@ class SplineSolver {
  public:
   /// `positions` rise strictly and do not repeat the first sample of a periodic slice; `length` is the period there.
   /// `values[k * stride]` belongs to positions[k]; the second derivative [value per position unit squared] goes to
-  /// `second[k * stride]`. Beyond the ends: periodic, or even (zero slope), or, for a bounded slice, a second derivative
-  /// that is constant over the first and the last interval (specs/conventions.md). One sample is a constant; two on
-  /// a bounded slice are a straight line.
+  /// `second[k * stride]`. Beyond the ends: periodic, or even (zero slope), or, for a bounded slice, a second
+  /// derivative that is constant over the first and the last interval (specs/conventions.md). One sample is a constant;
+  /// two on a bounded slice are a straight line.
   void solve(Boundary boundary, double length, std::span<const double> positions, const Real* values, Real* second,
              std::size_t stride);
 

@@ -26,7 +26,8 @@ FrameSpec expand_outline(const FrameOutline& outline) {
   const auto& lists = outline.lists;
   const bool isotropic = outline.symmetries.isotropic;
   if (outline.id == FrameId::kElevation) {
-    return elevation_frame_from_nodes(lists[kHorizontal], isotropic ? std::vector<double>{0} : mirror_list(lists[kAxial], 180),
+    return elevation_frame_from_nodes(lists[kHorizontal],
+                                      isotropic ? std::vector<double>{0} : mirror_list(lists[kAxial], 180),
                                       mirror_list(lists[kDiagonal], 180), outline.symmetries);
   }
   std::vector<double> phi_h = {0};

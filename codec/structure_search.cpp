@@ -11,8 +11,8 @@ namespace sbrdf {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kLeastGain = 0.998;           // a move must bring the error below this times what it was
-constexpr double kMaxCrossingShare = 0.9;      // of the budget; slices need samples of their own
+constexpr double kLeastGain = 0.998;       // a move must bring the error below this times what it was
+constexpr double kMaxCrossingShare = 0.9;  // of the budget; slices need samples of their own
 constexpr std::array<double, kAxisCount> kLeastCellDeg = {4, 4, 2, 0.5};
 
 std::vector<double> steps(double end, double step) {
@@ -42,7 +42,8 @@ std::vector<Structure> half_difference_seeds(const Symmetries& symmetries) {
       {0, 20, 50, 80}, {0, 6, 16, 32, 55, 80}, {0, 3, 8, 16, 32, 55, 80}, {0, 2, 5, 10, 20, 35, 55, 80}};
   const std::vector<std::vector<double>> theta_d = {
       {0, 40, 80}, {0, 20, 40, 60, 72, 80}, {0, 12, 24, 36, 48, 60, 70, 80}};
-  const std::vector<double> phi_h = symmetries.isotropic ? std::vector<double>{0} : std::vector<double>{90, 45, 22.5, 15};
+  const std::vector<double> phi_h =
+      symmetries.isotropic ? std::vector<double>{0} : std::vector<double>{90, 45, 22.5, 15};
   std::vector<Structure> seeds;
   for (const auto& h : theta_h) {
     for (const auto& d : theta_d) {
@@ -84,7 +85,8 @@ class Search {
     const auto best = std::min_element(errors.begin(), errors.end());
     if (*best == kInfinite) {
       return Error{ErrorCode::kUsage,
-                   std::to_string(options_.sampling.sample_count) + " samples are too few for any structure", {}};
+                   std::to_string(options_.sampling.sample_count) + " samples are too few for any structure",
+                   {}};
     }
     structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
     error_ = *best;
@@ -102,7 +104,8 @@ class Search {
     std::vector<Structure> all;
     for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
       if (options_.frame && *options_.frame != id) continue;
-      const auto some = id == FrameId::kElevation ? elevation_seeds(options_.symmetries) : half_difference_seeds(options_.symmetries);
+      const auto some =
+          id == FrameId::kElevation ? elevation_seeds(options_.symmetries) : half_difference_seeds(options_.symmetries);
       all.insert(all.end(), some.begin(), some.end());
     }
     for (Structure& seed : all) {
@@ -113,8 +116,8 @@ class Search {
     return keep_fitting(std::move(all));
   }
 
-  // Seeds with hardly any crossings for the budget lead nowhere; those with too many do not fit. The densest third of the
-  // fitting ones of each frame stay, which saves most of the time.
+  // Seeds with hardly any crossings for the budget lead nowhere; those with too many do not fit. The densest third of
+  // the fitting ones of each frame stay, which saves most of the time.
   [[nodiscard]] std::vector<Structure> keep_fitting(std::vector<Structure> all) const {
     std::vector<std::pair<std::size_t, std::size_t>> counts;
     std::vector<Structure> kept;
@@ -231,7 +234,8 @@ class Search {
   double error_ = kInfinite;
   std::size_t tried_ = 0;
   bool stopped_ = false;
-  std::array<std::pair<Structure, double>, 2> best_of_frame_ = {std::pair{Structure{}, kInfinite}, std::pair{Structure{}, kInfinite}};
+  std::array<std::pair<Structure, double>, 2> best_of_frame_ = {std::pair{Structure{}, kInfinite},
+                                                                std::pair{Structure{}, kInfinite}};
   std::vector<std::string> reasons_;
 };
 

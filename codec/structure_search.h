@@ -35,7 +35,7 @@ struct SearchOptions {
   std::optional<DomainKind> domain;
   Symmetries symmetries;
   Objective objective = Objective::kBoth;
-  SamplingOptions sampling;     ///< count, refinement and minimum gap; the rest comes from the structure
+  SamplingOptions sampling;       ///< count, refinement and minimum gap; the rest comes from the structure
   std::size_t evaluations = 200;  ///< how many structures are tried, about
   /// Called between rounds with the fraction done; false asks to stop.
   std::function<bool(double)> progress;
@@ -47,9 +47,10 @@ struct SearchResult {
   std::vector<std::string> reasons;  ///< for people: what was tried and how far it came, a line each
 };
 
-/// Finds the structure with the least error on `held_back` within the sample budget: seeds of both frames, then moves from
-/// the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure` is called
-/// from several threads at once. The same result for any number of threads. kUsage where no structure fits the budget.
+/// Finds the structure with the least error on `held_back` within the sample budget: seeds of both frames, then moves
+/// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure`
+/// is called from several threads at once. The same result for any number of threads. kUsage where no structure fits
+/// the budget.
 [[nodiscard]] Result<SearchResult> search_structure(std::vector<std::string> channels, const Measure& measure,
                                                     const HeldBack& held_back, const SearchOptions& options);
 

@@ -13,10 +13,10 @@ enum class DomainKind : std::uint8_t { kLinear = 1, kLog = 2 };
 
 /// In which values the slices are interpolated and summed. Stored samples are always f_r itself.
 ///
-/// Log: v = log(f / reference) from `floor` upwards, and the tangent of that curve below it, down to f = 0, so that v is
-/// smooth, can be inverted, and has a place for an exact zero, which comes back as zero. Negative values, which measured
-/// data has, are the mirror image: the tangent down to -floor, and a logarithm of -f below. f = reference gives v = 0, so a
-/// constant material comes back to the last bit.
+/// Log: v = log(f / reference) from `floor` upwards, and the tangent of that curve below it, down to f = 0, so that v
+/// is smooth, can be inverted, and has a place for an exact zero, which comes back as zero. Negative values, which
+/// measured data has, are the mirror image: the tangent down to -floor, and a logarithm of -f below. f = reference
+/// gives v = 0, so a constant material comes back to the last bit.
 struct ValueDomain {
   DomainKind kind = DomainKind::kLinear;
   std::vector<float> reference;  ///< log only: per channel, positive

@@ -14,8 +14,9 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::uint64_t kBlock = 4096;       // pairs that one task evaluates
+constexpr std::uint64_t kBlock = 4096;  // pairs that one task evaluates
 constexpr double kMinStep = 0.1;
+constexpr std::uint64_t kMostPairs = 1ULL << 36U;  // a day's work, and the largest table of partial sums that is sane
 
 struct Sums {
   double relative = 0;
@@ -46,7 +47,8 @@ struct Sums {
     difference += other.difference;
     reference += other.reference;
     squares += other.squares;
-    if (other.max_difference > max_difference || std::isnan(other.max_difference)) max_difference = other.max_difference;
+    if (other.max_difference > max_difference || std::isnan(other.max_difference))
+      max_difference = other.max_difference;
     max_reference = std::max(max_reference, other.max_reference);
     relative_count += other.relative_count;
     count += other.count;
@@ -64,7 +66,8 @@ class Grid {
     phi_v_count_ = isotropic ? 1 : phis;
     grid_size_ = thetas * thetas * phis * phis;
     for (std::uint64_t k = 0; k < thetas; ++k) thetas_.push_back(static_cast<double>(k) * options.step_deg);
-    for (std::uint64_t k = 0; k < phis; ++k) phis_.push_back(direction_from_degrees(0, static_cast<double>(k) * options.step_deg).phi);
+    for (std::uint64_t k = 0; k < phis; ++k)
+      phis_.push_back(direction_from_degrees(0, static_cast<double>(k) * options.step_deg).phi);
     for (double& theta : thetas_) theta = direction_from_degrees(theta, 0).theta;
   }
   [[nodiscard]] std::uint64_t size() const { return theta_count_ * theta_count_ * phi_i_count_ * phi_v_count_; }
@@ -101,7 +104,8 @@ void fill_block(const Grid& grid, const CompareOptions& options, std::uint64_t b
 Status check(const BrdfSource& reference, const BrdfSource& test, const CompareOptions& options) {
   const auto usage = [](const char* what) { return Error{ErrorCode::kUsage, what, {}}; };
   if (!(options.step_deg >= kMinStep && options.step_deg <= 90)) return usage("the step must be in [0.1, 90] degrees");
-  if (!(options.theta_max_deg >= 0 && options.theta_max_deg <= 90)) return usage("theta-max must be in [0, 90] degrees");
+  if (!(options.theta_max_deg >= 0 && options.theta_max_deg <= 90))
+    return usage("theta-max must be in [0, 90] degrees");
   if (!(options.floor >= 0 && std::isfinite(options.floor))) return usage("the floor must be finite and not negative");
   if (reference.channel_count() != test.channel_count()) {
     return Error{ErrorCode::kUnsupported,
@@ -119,7 +123,8 @@ Comparison summarise(const Sums& sums) {
   result.rel_l1_percent = sums.difference == 0 ? 0 : 100 * sums.difference / sums.reference;
   result.rmse = std::sqrt(sums.squares / count);
   result.max_abs = sums.max_difference;
-  result.psnr_db = result.rmse == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(sums.max_reference / result.rmse);
+  result.psnr_db =
+      result.rmse == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(sums.max_reference / result.rmse);
   result.mre_left_out = sums.count - sums.relative_count;
   return result;
 }
@@ -136,6 +141,9 @@ Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource
   const bool closed = std::abs(360 / options.step_deg - std::round(360 / options.step_deg)) < 1e-9;
   const Grid grid(options, closed && reference.traits().isotropic && test.traits().isotropic);
   const std::uint64_t total = options.random_count > 0 ? options.random_count : grid.size();
+  if (total > kMostPairs) {
+    return Error{ErrorCode::kUsage, std::to_string(total) + " direction pairs are too many; take a larger step", {}};
+  }
   const std::uint64_t blocks = (total + kBlock - 1) / kBlock;
   std::vector<Sums> sums(blocks);
   ProgressCounter counter(progress, blocks);

@@ -9,28 +9,29 @@ namespace sbrdf {
 
 /// Over which directions two sources are compared.
 struct CompareOptions {
-  double step_deg = 2;           ///< theta in 0, step, ... theta_max; phi in 0, step, ... below 360, for i and for v
+  double step_deg = 2;  ///< theta in 0, step, ... theta_max; phi in 0, step, ... below 360, for i and for v
   double theta_max_deg = 80;
   std::uint64_t random_count = 0;  ///< 0: the whole grid; else so many random pairs of the grid
   std::uint64_t seed = 1;
-  bool symmetrise = false;       ///< the reference is replaced by the mean of f(i,v) and f(v,i)
-  double floor = 0;              ///< smallest denominator of the MRE [1/sr]
+  bool symmetrise = false;  ///< the reference is replaced by the mean of f(i,v) and f(v,i)
+  double floor = 0;         ///< smallest denominator of the MRE [1/sr]
 };
 
 /// Differences of a test r from a reference f, over all directions and channels.
 struct Comparison {
-  double mre_percent = 0;     ///< 100 x mean of |f - r| / max(|f|, floor), over values whose denominator is not 0
-  double rel_l1_percent = 0;  ///< 100 x sum |f - r| / sum |f|
-  double rmse = 0;            ///< [1/sr]
-  double max_abs = 0;         ///< [1/sr]
-  double psnr_db = 0;         ///< 20 log10(max |f| / rmse); infinite for equal sources
-  std::uint64_t directions = 0;       ///< pairs evaluated
+  double mre_percent = 0;        ///< 100 x mean of |f - r| / max(|f|, floor), over values whose denominator is not 0
+  double rel_l1_percent = 0;     ///< 100 x sum |f - r| / sum |f|
+  double rmse = 0;               ///< [1/sr]
+  double max_abs = 0;            ///< [1/sr]
+  double psnr_db = 0;            ///< 20 log10(max |f| / rmse); infinite for equal sources
+  std::uint64_t directions = 0;  ///< pairs evaluated
   std::uint64_t grid_directions = 0;  ///< pairs of the grid that these stand for, each as often as any other
   std::uint64_t mre_left_out = 0;     ///< channel values with f = 0 and no floor: no relative error
 };
 
-/// Where both sources are isotropic, only pairs with phi_v = 0 are evaluated: the same means. The same bits for any number
-/// of threads. kUnsupported where the numbers of channels differ; kUsage for options out of range; interrupted_error().
+/// Where both sources are isotropic, only pairs with phi_v = 0 are evaluated: the same means. The same bits for any
+/// number of threads. kUnsupported where the numbers of channels differ; kUsage for options out of range;
+/// interrupted_error().
 [[nodiscard]] Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource& test,
                                                  const CompareOptions& options, const Progress& progress = {});
 

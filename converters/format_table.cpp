@@ -53,13 +53,15 @@ Result<SavedFile> save_merl(const BrdfSource& source, const SaveOptions& options
   const MerlReport& report = resampling->report;
   if (!reciprocal) saved.remarks.push_back(residual_remark(reciprocity_residual_percent(source)));
   remark_count(saved.remarks, "below_horizon_cells", report.below_horizon, "cells below the horizon, marked -1");
-  remark_count(saved.remarks, "some_negative_cells", report.some_negative, "cells with one or two negative channels, kept");
+  remark_count(saved.remarks, "some_negative_cells", report.some_negative,
+               "cells with one or two negative channels, kept");
   remark_count(saved.remarks, "all_negative_cells", report.all_negative,
                "cells negative in every channel, kept; readers take them for unmeasured");
   if (report.anisotropic_source_cut) {
     saved.remarks.push_back({"anisotropic_source_cut", 1, "the source is anisotropic; the table holds phi_h = 0 only"});
   }
-  if (report.channel_repeated) saved.remarks.push_back({"channel_repeated", 1, "the only channel stands in R, G and B"});
+  if (report.channel_repeated)
+    saved.remarks.push_back({"channel_repeated", 1, "the only channel stands in R, G and B"});
   return saved;
 }
 
@@ -127,7 +129,8 @@ Result<std::unique_ptr<BrdfSource>> load_source(std::span<const std::byte> file)
   if (resembles_merl(file)) return load_merl(file);
   // MERL files have no magic: a damaged header looks like no format at all, so say what is wrong with it as one.
   Error error = load_merl(file).error();
-  error.message = "not recognised: the content is of none of the formats listed by 'sbrdf formats'; as a MERL table: " + error.message;
+  error.message = "not recognised: the content is of none of the formats listed by 'sbrdf formats'; as a MERL table: " +
+                  error.message;
   return error;
 }
 
@@ -140,7 +143,9 @@ Result<const Format*> find_writer(std::string_view extension) {
     if (same) return &format;
     known += (known.empty() ? "" : ", ") + std::string(format.extension);
   }
-  return Error{ErrorCode::kUsage, "no format is written with the extension '" + std::string(extension) + "'; use one of " + known, {}};
+  return Error{ErrorCode::kUsage,
+               "no format is written with the extension '" + std::string(extension) + "'; use one of " + known,
+               {}};
 }
 
 }  // namespace sbrdf

@@ -24,7 +24,7 @@ struct Remark {
 
 /// What the writers may be told. Each uses the part that concerns it.
 struct SaveOptions {
-  std::optional<SliceOptions> slices;  ///< not given: a sliced source is copied as it is, others use the defaults
+  std::optional<SliceOptions> slices;   ///< not given: a sliced source is copied as it is, others use the defaults
   std::optional<MerlShape> merl_shape;  ///< not given: a MERL source is copied bit for bit, others get kMerlShape
 };
 
@@ -36,7 +36,7 @@ struct SavedFile {
 /// One row per format. A new format is one row here, one file in converters/ and one folder in formats/.
 struct Format {
   std::string_view name;
-  std::string_view extension;    ///< decides what is written; what is read is recognised by content
+  std::string_view extension;  ///< decides what is written; what is read is recognised by content
   std::string_view description;
   bool (*recognises)(std::span<const std::byte> file) = nullptr;
   Result<std::unique_ptr<BrdfSource>> (*load)(std::span<const std::byte> file) = nullptr;  ///< nullptr: not readable
@@ -50,7 +50,8 @@ struct Format {
 /// files, text and foreign formats are told apart where that helps.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_source(std::span<const std::byte> file);
 
-/// The writable format of an extension such as ".sbrdf", letter case ignored; kUsage listing the writable ones otherwise.
+/// The writable format of an extension such as ".sbrdf", letter case ignored; kUsage listing the writable ones
+/// otherwise.
 [[nodiscard]] Result<const Format*> find_writer(std::string_view extension);
 
 }  // namespace sbrdf

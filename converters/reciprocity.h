@@ -19,8 +19,8 @@ class SymmetrisedSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-/// How far a source is from reciprocal: 100 x sum |f(i,v) - f(v,i)| / sum (|f(i,v)| + |f(v,i)|) / 2 [%], over theta in 0,
-/// 5, ..., 80 degrees and azimuths every 10 degrees. Exactly 0 for a source whose traits say that it is reciprocal.
+/// How far a source is from reciprocal: 100 x sum |f(i,v) - f(v,i)| / sum (|f(i,v)| + |f(v,i)|) / 2 [%], over theta in
+/// 0, 5, ..., 80 degrees and azimuths every 10 degrees. Exactly 0 for a source whose traits say that it is reciprocal.
 [[nodiscard]] double reciprocity_residual_percent(const BrdfSource& source);
 
 }  // namespace sbrdf

@@ -15,18 +15,31 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::size_t kBlock = 512;             // pairs one task evaluates
+constexpr std::size_t kBlock = 512;  // pairs one task evaluates
 constexpr std::size_t kHeldBackCount = 12'000;
 constexpr std::uint64_t kChoiceSeed = 1;
 constexpr std::uint64_t kReportSeed = 2;
 constexpr std::uint64_t kFewestSamples = 64;
 
-
-constexpr std::array<Placement, 17> kTable3 = {{{28, 180}, {20, 180}, {16, 180}, {28, 60}, {20, 60}, {16, 60},
-                                                {14, 60}, {16, 36}, {14, 36}, {12, 36}, {10, 36}, {8, 36},
-                                                {12, 20}, {10, 20}, {8, 20}, {6, 20}, {6, 12}}};
-constexpr std::array<std::uint64_t, 16> kTable3Limits = {667,    932,    1'034,  1'060,  2'272,  3'230,  4'928,  5'645,
-                                                         9'660,  17'096, 20'969, 22'291, 33'879, 38'735, 79'469, 184'655};
+constexpr std::array<Placement, 17> kTable3 = {{{28, 180},
+                                                {20, 180},
+                                                {16, 180},
+                                                {28, 60},
+                                                {20, 60},
+                                                {16, 60},
+                                                {14, 60},
+                                                {16, 36},
+                                                {14, 36},
+                                                {12, 36},
+                                                {10, 36},
+                                                {8, 36},
+                                                {12, 20},
+                                                {10, 20},
+                                                {8, 20},
+                                                {6, 20},
+                                                {6, 12}}};
+constexpr std::array<std::uint64_t, 16> kTable3Limits = {
+    667, 932, 1'034, 1'060, 2'272, 3'230, 4'928, 5'645, 9'660, 17'096, 20'969, 22'291, 33'879, 38'735, 79'469, 184'655};
 
 std::string at_degrees(const DirectionPair& pair) {
   const auto text = [](const char* name, double radians) {
@@ -61,7 +74,10 @@ Status evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionP
 class Slicer {
  public:
   Slicer(const BrdfSource& source, const SliceOptions& options, const Progress& progress)
-      : source_(source), options_(options), progress_(progress), symmetrised_(source),
+      : source_(source),
+        options_(options),
+        progress_(progress),
+        symmetrised_(source),
         measured_(source.traits().reciprocal ? source : symmetrised_) {}
 
   Result<Slicing> run() {
@@ -87,7 +103,8 @@ class Slicer {
     if (options_.placement && options_.frame.value_or(FrameId::kElevation) != FrameId::kElevation) {
       return usage("a placement by steps needs the elevation frame");
     }
-    const int targets = (options_.target_mre_percent ? 1 : 0) + (options_.target_rel_l1_percent ? 1 : 0) + (options_.max_bytes ? 1 : 0);
+    const int targets =
+        (options_.target_mre_percent ? 1 : 0) + (options_.target_rel_l1_percent ? 1 : 0) + (options_.max_bytes ? 1 : 0);
     if (targets > 1) return usage("only one of the targets and the largest size can be asked for");
     for (const auto& target : {options_.target_mre_percent, options_.target_rel_l1_percent}) {
       if (target && !(*target > 0 && std::isfinite(*target))) return usage("a target must be above 0 %");
@@ -129,7 +146,8 @@ class Slicer {
   // The samples of a fixed placement, or of the best structure that a search finds.
   Result<Slicing> at_count(std::uint64_t count, std::size_t evaluations) {
     if (options_.placement) {
-      Result<FrameSpec> spec = elevation_frame(options_.placement->elevation_step_deg, options_.placement->azimuth_step_deg, symmetries_);
+      Result<FrameSpec> spec =
+          elevation_frame(options_.placement->elevation_step_deg, options_.placement->azimuth_step_deg, symmetries_);
       if (!spec) return spec.error();
       return sample(*spec, sampling(count));
     }
@@ -159,13 +177,13 @@ class Slicer {
     Result<Lattice> lattice = build_lattice(spec);
     if (!lattice) return lattice.error();
     ProgressCounter counter(options_.placement ? progress_ : Progress{}, sampling.sample_count);
-    Result<SlicedBrdf> sliced =
-        sample_slices(*lattice, source_.traits().channels,
-                      [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
-                        if (!counter.advance(pairs.size())) return interrupted_error();
-                        return evaluate_in_parallel(measured_, pairs, values);
-                      },
-                      sampling);
+    Result<SlicedBrdf> sliced = sample_slices(
+        *lattice, source_.traits().channels,
+        [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
+          if (!counter.advance(pairs.size())) return interrupted_error();
+          return evaluate_in_parallel(measured_, pairs, values);
+        },
+        sampling);
     if (!sliced) return sliced.error();
     Slicing slicing{std::move(sliced).value(), std::move(lattice).value(), {}};
     slicing.report.wanted_samples = sampling.sample_count;
@@ -238,7 +256,9 @@ class Slicer {
 
   [[nodiscard]] Error too_small(std::size_t size) const {
     return {ErrorCode::kUsage,
-            "the smallest file takes " + std::to_string(size) + " bytes; " + std::to_string(*options_.max_bytes) + " are too few", {}};
+            "the smallest file takes " + std::to_string(size) + " bytes; " + std::to_string(*options_.max_bytes) +
+                " are too few",
+            {}};
   }
 
   // With the metadata that the file will have.
@@ -252,8 +272,8 @@ class Slicer {
     for (const auto* values : {&slicing.sliced.crossing_values, &slicing.sliced.sample_values}) {
       report.values += values->size();
       report.zero_values += static_cast<std::uint64_t>(std::count(values->begin(), values->end(), 0.0F));
-      report.negative_values += static_cast<std::uint64_t>(
-          std::count_if(values->begin(), values->end(), [](float v) { return v < 0; }));
+      report.negative_values +=
+          static_cast<std::uint64_t>(std::count_if(values->begin(), values->end(), [](float v) { return v < 0; }));
     }
     report.reciprocity_residual_percent = reciprocity_residual_percent(source_);
     report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
@@ -317,9 +337,10 @@ Placement table_3_placement(std::uint64_t sample_count) {
 Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options, const Progress& progress) {
   Result<Slicing> slicing = Slicer(source, options, progress).run();
   if (slicing && !has_positive(slicing->sliced)) {
-    return Error{ErrorCode::kInvalidFile,
-                 "none of the " + std::to_string(slicing->report.values) + " values sampled is positive; this is no reflectance",
-                 {}};
+    return Error{
+        ErrorCode::kInvalidFile,
+        "none of the " + std::to_string(slicing->report.values) + " values sampled is positive; this is no reflectance",
+        {}};
   }
   return slicing;
 }

@@ -39,8 +39,8 @@ inline constexpr std::uint64_t kMaxSampleCount = 1'000'000;
 struct SliceOptions {
   std::optional<FrameId> frame;
   std::optional<DomainKind> domain;
-  /// Fixes the frame to the elevation frame and its symmetries to reciprocity and, for isotropic sources, isotropy, as in
-  /// the paper; nothing is searched, and an open domain is the log domain.
+  /// Fixes the frame to the elevation frame and its symmetries to reciprocity and, for isotropic sources, isotropy, as
+  /// in the paper; nothing is searched, and an open domain is the log domain.
   std::optional<Placement> placement;
   Refinement refinement = Refinement::kTrue;
   std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kMeasured (the paper's), 0.1 for kTrue
@@ -51,7 +51,7 @@ struct SliceOptions {
   std::uint64_t sample_count = kDefaultSampleCount;  ///< of no meaning where a target or max_bytes is given
   std::optional<double> target_mre_percent;          ///< the fewest samples that reach this on held-back directions
   std::optional<double> target_rel_l1_percent;
-  std::optional<std::uint64_t> max_bytes;            ///< the most samples whose file is not larger
+  std::optional<std::uint64_t> max_bytes;  ///< the most samples whose file is not larger
 };
 
 /// What slicing changed. Counts are of channel values among the samples taken.
@@ -61,9 +61,9 @@ struct SliceReport {
   std::uint64_t zero_values = 0;
   std::uint64_t negative_values = 0;
   std::uint64_t wanted_samples = 0;
-  HeldBackError error;                 ///< on directions that took no part in any choice
+  HeldBackError error;  ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
-  std::vector<std::string> reasons;    ///< why this structure, where one was searched for
+  std::vector<std::string> reasons;  ///< why this structure, where one was searched for
 };
 
 struct Slicing {
@@ -75,9 +75,9 @@ struct Slicing {
 /// Samples a source into slices. One that is not reciprocal is replaced by the mean of f(i,v) and f(v,i). `metadata` of
 /// the result records the source, the choices and the report.
 ///
-/// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an infinity, or
-/// no positive value at all; kDifference where a target cannot be reached; interrupted_error() where `progress` asked to
-/// stop.
+/// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an
+/// infinity, or no positive value at all; kDifference where a target cannot be reached; interrupted_error() where
+/// `progress` asked to stop.
 [[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
                                            const Progress& progress = {});
 

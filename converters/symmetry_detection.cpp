@@ -43,12 +43,11 @@ Symmetries detect_symmetries(const BrdfSource& source) {
   std::vector<float> values(pairs.size() * source.channel_count());
   source.evaluate(pairs, values);
   Symmetries symmetries;
-  symmetries.isotropic = source.traits().isotropic ||
-                         holds(source, pairs, values, [](double phi) { return phi + 1.0; });
+  symmetries.isotropic =
+      source.traits().isotropic || holds(source, pairs, values, [](double phi) { return phi + 1.0; });
   symmetries.mirror_x = holds(source, pairs, values, [](double phi) { return -phi; });
   // For an isotropic material both mirrors are one.
-  symmetries.mirror_y =
-      !symmetries.isotropic && holds(source, pairs, values, [](double phi) { return kPi - phi; });
+  symmetries.mirror_y = !symmetries.isotropic && holds(source, pairs, values, [](double phi) { return kPi - phi; });
   return symmetries;
 }
 

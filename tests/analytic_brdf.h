@@ -18,6 +18,9 @@ inline PairVectors vectors_of(const DirectionPair& pair) {
           std::sin(v.theta) * std::cos(v.phi), std::sin(v.theta) * std::sin(v.phi), std::cos(v.theta)};
 }
 
+/// Nearer to the normal than this [radians] a direction has no azimuth.
+inline constexpr double kPole = 1e-6;
+
 /// Largest difference of a component between two pairs of unit vectors.
 inline double vector_distance(const DirectionPair& a, const DirectionPair& b) {
   const PairVectors p = vectors_of(a);
@@ -29,7 +32,7 @@ inline double vector_distance(const DirectionPair& a, const DirectionPair& b) {
 /// The same, where all pairs that reciprocity and the symmetries make equal are one measurement.
 inline double measurement_distance(const DirectionPair& a, const DirectionPair& b, const Symmetries& symmetries) {
   const auto turned = [&](DirectionPair pair) {
-    const double turn = !symmetries.isotropic ? 0 : pair.i.theta > 0 ? pair.i.phi : pair.v.phi;
+    const double turn = !symmetries.isotropic ? 0 : pair.i.theta > kPole ? pair.i.phi : pair.v.phi;
     pair.i.phi -= turn;
     pair.v.phi -= turn;
     return pair;

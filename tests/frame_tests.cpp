@@ -156,6 +156,82 @@ TEST(ElevationImages, TakeOutTheAzimuthsThatDoNotMatter) {
   EXPECT_EQ(elevation().images(point, {.isotropic = true}).lines[0].offset, (Coordinates{0, 40, 60, 30}));
 }
 
+const FrameGeometry& half_difference() { return geometry(FrameId::kHalfDifference); }
+
+TEST(HalfDifferenceCoordinates, HaveTheSameBitsAfterExchangingTheDirections) {
+  std::mt19937_64 random(5);
+  for (int k = 0; k < 20000; ++k) {
+    DirectionPair pair = random_pair(random);
+    if (k % 4 == 0) pair.v.theta = pair.i.theta;
+    if (k % 5 == 0) pair.v.phi = pair.i.phi;
+    if (k % 7 == 0) pair.i.theta = 0;
+    ASSERT_EQ(half_difference().coordinates(pair), half_difference().coordinates({pair.v, pair.i}));
+  }
+}
+
+TEST(HalfDifferenceCoordinates, LeadBackToTheSameDirectionsUpTo80Degrees) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> theta(0, 80);
+  for (int k = 0; k < 20000; ++k) {
+    DirectionPair pair = random_pair(random);
+    pair.i.theta = radians_from_degrees(theta(random));
+    pair.v.theta = radians_from_degrees(theta(random));
+    const Coordinates x = half_difference().coordinates(pair);
+    ASSERT_TRUE(x[kAxial] >= 0 && x[kAxial] < 360 && x[kDiagonal] >= 0 && x[kDiagonal] < 180);
+    ASSERT_LT(measurement_distance(half_difference().directions(x), pair, {}), 1e-13);
+  }
+}
+
+TEST(HalfDifferenceDirections, StayAboveTheHorizonWhereverTheAnglesLie) {
+  for (double theta_h = 0; theta_h <= 90; theta_h += 7.5) {
+    for (double theta_d = 0; theta_d <= 90; theta_d += 7.5) {
+      for (double phi_d = 0; phi_d < 180; phi_d += 20) {
+        const DirectionPair pair = half_difference().directions({30, phi_d, theta_d, theta_h});
+        EXPECT_LE(std::max(pair.i.theta, pair.v.theta), radians_from_degrees(81));
+      }
+    }
+  }
+}
+
+TEST(HalfDifferenceDirections, RiseSmoothlyPast80Degrees) {
+  double last = 0;
+  double last_step = 1;
+  for (double theta = 70; theta < 90; theta += 0.125) {
+    const double eased = degrees_from_radians(half_difference().directions({0, 90, 0, theta}).i.theta);
+    EXPECT_GE(eased, last);
+    EXPECT_TRUE(theta < 70.2 || std::abs(eased - last - last_step) < 0.02) << theta;
+    last_step = eased - last;
+    last = eased;
+  }
+}
+
+TEST(HalfDifferenceImages, AreTheSameMeasurementForEveryMaterialOfThatSymmetry) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> azimuth(0, 180);
+  for (const Symmetries& symmetries : all_symmetries()) {
+    for (int k = 0; k < 200; ++k) {
+      AffineLine line;
+      line.offset = {2 * azimuth(random), azimuth(random), 10.0 * (k % 5), 10.0 * (k % 3)};
+      const auto moving = static_cast<std::size_t>(k) % (kAxisCount + 1);
+      if (moving < kAxisCount) {
+        line.offset[moving] = 0;
+        line.slope[moving] = 1;
+      }
+      const Images images = half_difference().images(line, symmetries);
+      for (double p = 3; p < 90; p += 17) {
+        const auto at = [&](const AffineLine& image) {
+          Coordinates x;
+          for (std::size_t axis = 0; axis < kAxisCount; ++axis) x[axis] = image.offset[axis] + image.slope[axis] * p;
+          return analytic_brdf(half_difference().directions(x), symmetries);
+        };
+        for (std::size_t image = 0; image < images.count; ++image) {
+          ASSERT_NEAR(at(images.lines[image]) / at(line), 1, 1e-12) << "image " << image << ", moving axis " << moving;
+        }
+      }
+    }
+  }
+}
+
 TEST(ElevationFrame, HasTheElevationsOfThePaper) {
   const auto elevations = [](double step) { return elevation_frame(step, 60, {}).value().axes[kVertical].nodes_deg; };
   EXPECT_THAT(elevations(28), ElementsAre(0, 28, 56, 80));
@@ -263,6 +339,8 @@ TEST(CheckFrame, RefusesAnUnknownFrameAsUnsupported) {
 TEST(FindGeometry, KnowsOnlyTheNumbersOfTheFormat) {
   ASSERT_NE(find_geometry(FrameId::kElevation), nullptr);
   EXPECT_EQ(find_geometry(FrameId::kElevation)->name(), "elevation");
+  ASSERT_NE(find_geometry(FrameId::kHalfDifference), nullptr);
+  EXPECT_EQ(find_geometry(FrameId::kHalfDifference)->name(), "half-difference");
   EXPECT_EQ(find_geometry(static_cast<FrameId>(0)), nullptr);
   EXPECT_EQ(find_geometry(static_cast<FrameId>(255)), nullptr);
 }

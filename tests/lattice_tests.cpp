@@ -32,6 +32,15 @@ std::vector<std::pair<std::string, FrameSpec>> various_frames() {
   frames.emplace_back("own lists", elevation_frame_from_nodes({0, 11, 35, 80}, {0, 50, 200}, {0, 30, 180, 330}, {}));
   frames.emplace_back("own lists without the pole's opposite",
                       elevation_frame_from_nodes({0, 11, 80}, {0, 50, 200}, {0, 30, 100}, {}));
+  // Within reach of the horizon, where every coordinate is a direction pair of its own.
+  for (int bits = 0; bits < 8; ++bits) {
+    const Symmetries symmetries = {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0};
+    const std::vector<double> phi_h = symmetries.isotropic ? std::vector{0.0} : std::vector{0.0, 90.0, 180.0, 270.0};
+    frames.emplace_back("half/difference, symmetries " + std::to_string(bits),
+                        half_difference_frame({0, 12, 40}, {0, 25, 40}, phi_h, {0, 60, 90, 120}, symmetries));
+  }
+  frames.emplace_back("half/difference, own lists",
+                      half_difference_frame({0, 3, 30}, {0, 25, 50}, {0, 20, 190}, {0, 70, 100}, {}));
   frames.emplace_back("own lists, isotropic",
                       elevation_frame_from_nodes({0, 11, 80}, {0}, {0, 5, 180, 355}, {.isotropic = true}));
   return frames;
@@ -116,7 +125,7 @@ std::size_t count_by_vectors(const Lattice& lattice) {
         if ((bits & 4) != 0) direction->phi = kPi - direction->phi;
       }
       if (symmetries.isotropic) {
-        const double turn = image.i.theta > 0 ? image.i.phi : image.v.phi;
+        const double turn = image.i.theta > kPole ? image.i.phi : image.v.phi;
         image.i.phi -= turn;
         image.v.phi -= turn;
       }

@@ -95,7 +95,8 @@ class LiteralEvaluator {
     const long double s = mix3(x, y, w, s_at);
     const long double t = mix3(x, y, z, t_at);
     auto [minimum, maximum] = extremes(q_at);
-    for (const auto& [low, high] : {extremes(s_at), extremes(t_at), varies_along_axis_0 ? extremes(p_at) : extremes(q_at)}) {
+    for (const auto& [low, high] :
+         {extremes(s_at), extremes(t_at), varies_along_axis_0 ? extremes(p_at) : extremes(q_at)}) {
       minimum = std::min(minimum, low);
       maximum = std::max(maximum, high);
     }
@@ -148,13 +149,17 @@ class LiteralEvaluator {
       f = std::abs(from_zero) < 1 ? floor * from_zero
                                   : std::copysign(floor * std::exp(std::abs(from_zero) - 1), from_zero);
     }
-    bool any_negative = false;
+    return f;
+  }
+
+  /// Only a material with negative samples may be negative anywhere.
+  [[nodiscard]] bool has_negative(std::size_t channel) const {
     for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
       for (std::size_t k = channel; k < values->size(); k += sliced_.channel_count()) {
-        any_negative = any_negative || (*values)[k] < 0;
+        if ((*values)[k] < 0) return true;
       }
     }
-    return any_negative ? f : std::max(f, 0.0L);
+    return false;
   }
 
   [[nodiscard]] bool same(const DirectionPair& a, const DirectionPair& b) const {

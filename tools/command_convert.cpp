@@ -50,8 +50,9 @@ void parse_steps(const std::string& text, Placement& placement) {
   const auto elevation = parse_number(text.substr(0, slash));
   const auto azimuth = slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1));
   if (!elevation || !azimuth || *elevation <= 0 || *azimuth <= 0) {
-    throw CLI::ValidationError("--placement",
-                               "'" + text + "' is neither auto, paper, nor two positive numbers of degrees such as 14/36");
+    throw CLI::ValidationError(
+        "--placement",
+        "'" + text + "' is neither auto, search, paper, nor two positive numbers of degrees such as 14/36");
   }
   placement = {*elevation, *azimuth};
 }
@@ -149,7 +150,8 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   const auto mark = [&options](CLI::Option* option) {
     option->group("For .sbrdf files")->each([&options](const std::string&) { options.slicing_given = true; });
   };
-  const auto choice = [&](const char* flag, std::string& value, const std::vector<std::string>& names, const char* help) {
+  const auto choice = [&](const char* flag, std::string& value, const std::vector<std::string>& names,
+                          const char* help) {
     mark(command.add_option(flag, value, help)->check(CLI::IsMember(names))->type_name("NAME")->capture_default_str());
   };
   mark(add_count(command, "--samples", slices.sample_count, {1, kMaxSampleCount},
@@ -162,13 +164,14 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
                  "Instead of --samples: as many as fit a file of this size"));
   choice("--frame", options.frame, {"auto", "elevation", "half-difference"}, "Coordinates of the slices");
   choice("--domain", options.domain, {"auto", "linear", "log"}, "Interpolate the values or their logarithms");
-  mark(command
-           .add_option("--placement", options.placement,
-                       "Degrees between elevations and between azimuths of the slices in the elevation frame; paper: by "
-                       "the paper's Table 3 from the number of samples; search: nodes by the error on held-back "
-                       "directions; auto: paper if --frame elevation was given, else search")
-           ->type_name("auto|search|paper|E/A")
-           ->capture_default_str());
+  mark(
+      command
+          .add_option("--placement", options.placement,
+                      "Degrees between elevations and between azimuths of the slices in the elevation frame; paper: by "
+                      "the paper's Table 3 from the number of samples; search: nodes by the error on held-back "
+                      "directions; auto: paper if --frame elevation was given, else search")
+          ->type_name("auto|search|paper|E/A")
+          ->capture_default_str());
   choice("--refine", options.refine, {"true", "measured"},
          "Place samples by the true error against the source, or as a goniometer must, by what was measured already");
   mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
@@ -192,7 +195,8 @@ void add_convert(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  sbrdf convert material.bsdf material.sbrdf --samples 4096\n"
       "  sbrdf convert material.sbrdf material.binary\n"
-      "  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911 --placement 14/36 --domain linear --refine measured");
+      "  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911 --placement 14/36 --domain linear --refine "
+      "measured");
   command->callback([options, &exit_code] {
     settle_choices(*options);
     exit_code = run_convert(*options);

@@ -25,17 +25,16 @@ class ByteReader {
   [[nodiscard]] bool ok() const { return !failed_; }
   /// Only meaningful after `ok()` turned false: "truncated: N bytes needed, M left", at the offset of the failed read.
   [[nodiscard]] Error error() const {
-    return {ErrorCode::kInvalidFile,
-            "truncated: " + std::to_string(wanted_) + " bytes needed, " + std::to_string(bytes_.size() - offset_) +
-                " left",
-            offset_};
+    return {
+        ErrorCode::kInvalidFile,
+        "truncated: " + std::to_string(wanted_) + " bytes needed, " + std::to_string(bytes_.size() - offset_) + " left",
+        offset_};
   }
   [[nodiscard]] std::size_t offset() const { return offset_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - offset_; }
 
   template <class T>
-    requires std::is_arithmetic_v<T>
-  T number() {
+  requires std::is_arithmetic_v<T> T number() {
     T value{};
     const std::span<const std::byte> taken = bytes(sizeof(T));
     if (taken.size() == sizeof(T)) std::memcpy(&value, taken.data(), sizeof(T));
@@ -75,18 +74,14 @@ class ByteReader {
 class ByteWriter {
  public:
   template <class T>
-    requires std::is_arithmetic_v<T>
-  void number(T value) {
-    bytes(std::as_bytes(std::span<const T, 1>(&value, 1)));
-  }
+  requires std::is_arithmetic_v<T>
+  void number(T value) { bytes(std::as_bytes(std::span<const T, 1>(&value, 1))); }
   void bytes(std::span<const std::byte> block) { buffer_.insert(buffer_.end(), block.begin(), block.end()); }
   void text(std::string_view text) { bytes(std::as_bytes(std::span(text.data(), text.size()))); }
   /// Overwrites a number that was written before, for sizes known only later.
   template <class T>
-    requires std::is_arithmetic_v<T>
-  void patch(std::size_t offset, T value) {
-    std::memcpy(buffer_.data() + offset, &value, sizeof(T));
-  }
+  requires std::is_arithmetic_v<T>
+  void patch(std::size_t offset, T value) { std::memcpy(buffer_.data() + offset, &value, sizeof(T)); }
   [[nodiscard]] std::size_t size() const { return buffer_.size(); }
   [[nodiscard]] std::vector<std::byte> take() && { return std::move(buffer_); }
 

@@ -126,7 +126,8 @@ Result<Container> parse_container(std::span<const std::byte> bytes) {
   if (!in.ok()) return in.error();
   if (table_checksum != checksum(table)) return invalid("header checksum does not match", table_size);
   for (const Entry& entry : entries) {
-    if (entry.offset != in.offset()) return invalid("chunk " + entry.name + " is not where the last one ends", in.offset());
+    if (entry.offset != in.offset())
+      return invalid("chunk " + entry.name + " is not where the last one ends", in.offset());
     const auto stored = in.bytes(entry.stored_size);
     if (!in.ok()) return in.error();
     Result<Chunk> chunk = decode(entry, stored);
