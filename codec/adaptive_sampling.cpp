@@ -186,9 +186,9 @@ class MeasuredSampler final : public Sampler {
   }
 
   std::uint64_t target_after(int round, std::uint64_t adaptive) const override {
-    const double first = std::min<double>(round, options_.first_rounds) / options_.first_rounds;
+    const double first = std::min<double>(round, options_.first_rounds) / std::max(1, options_.first_rounds);
     const double second =
-        std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) / options_.second_rounds;
+        std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) / std::max(1, options_.second_rounds);
     const double share = options_.first_share * first + (1 - options_.first_share) * second;
     return static_cast<std::uint64_t>(std::llround(share * static_cast<double>(adaptive)));
   }

@@ -113,7 +113,8 @@ typename BasicEvaluator<Real>::Cell BasicEvaluator<Real>::locate(const Coordinat
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     const std::vector<double>& nodes = nodes_[axis];
     if (nodes.size() < 2) continue;
-    const double clamped = std::clamp(x[axis], nodes.front(), nodes.back());
+    // Written so that a NaN ends at the first node.
+    const double clamped = x[axis] > nodes.front() ? std::min(x[axis], nodes.back()) : nodes.front();
     const auto last_cell = static_cast<std::uint32_t>(nodes.size() - 2);
     std::uint32_t index = std::min(static_cast<std::uint32_t>(clamped * cells_per_degree_[axis]), last_cell);
     while (index > 0 && nodes[index] > clamped) --index;

@@ -9,7 +9,7 @@ namespace sbrdf {
 namespace {
 
 constexpr std::size_t kMaxNodes = 4096;
-constexpr double kLeastSpacingDeg = 1e-4;  // far above the 1e-6 at which the lattice takes two nodes for one
+constexpr double kLeastSpacingDeg = 1e-3;  // far above the 1e-6 at which the lattice takes two nodes for one
 
 Error frame_error(const std::string& what) { return {ErrorCode::kInvalidFile, "frame: " + what, {}}; }
 
@@ -26,7 +26,7 @@ Status check_axis(const Axis& axis, double node_period) {
     const bool inside = node_period > 0 ? nodes[k] <= end - kLeastSpacingDeg : nodes[k] <= end;
     if (!rising || !inside) {  // also catches NaN
       return frame_error("axis " + axis.name + ", node " + std::to_string(k) + ": " + std::to_string(nodes[k]) +
-                         " degrees; nodes must begin with 0, rise by 0.0001 or more, and stay " +
+                         " degrees; nodes must begin with 0, rise by 0.001 or more, and stay " +
                          (node_period > 0 ? "below " : "within ") + std::to_string(end));
     }
   }

@@ -2,10 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <type_traits>
 
 namespace sbrdf {
+namespace {
+
+// A spline that overshoots in the log domain could pass the range of float.
+constexpr float kHeadroom = 16;
+
+}  // namespace
 
 double guide_position_deg(std::span<const double> theta_h_nodes, const SamplePosition& place) {
   const double from = theta_h_nodes[place.interval];
@@ -50,12 +57,20 @@ void GuideCurve<Real>::evaluate_at(double angle_deg, std::size_t channel, std::s
 template <class Real>
 ResidualMap<Real>::ResidualMap(const SlicedBrdf& sliced, const Lattice& lattice) : guided_(sliced.guide.has_value()) {
   const std::size_t channels = sliced.channel_count();
-  least_.assign(channels, Real(0));
+  std::vector<float> largest(channels, 0);
+  std::vector<char> negative(channels, 0);
   for (std::size_t c = 0; c < channels; ++c) maps_.emplace_back(sliced.domain, c);
   for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
     for (std::size_t k = 0; k < values->size(); ++k) {
-      if ((*values)[k] < 0) least_[k % channels] = std::numeric_limits<Real>::lowest();
+      const float value = (*values)[k];
+      largest[k % channels] = std::max(largest[k % channels], std::abs(value));
+      if (value < 0) negative[k % channels] = 1;
     }
+  }
+  for (std::size_t c = 0; c < channels; ++c) {
+    const float most = std::min(largest[c], std::numeric_limits<float>::max() / kHeadroom) * kHeadroom;
+    most_.push_back(static_cast<Real>(most));
+    least_.push_back(negative[c] != 0 ? -most_.back() : Real(0));
   }
   if (guided_) guide_ = GuideCurve<Real>(*sliced.guide, lattice.nodes[kVertical], sliced.channel_count());
 }
@@ -75,7 +90,7 @@ void ResidualMap<Real>::inverse(const Coordinates& x, std::size_t channel, std::
     for (std::size_t c = 0; c < values.size(); ++c) values[c] += guide[c];
   }
   for (std::size_t c = 0; c < values.size(); ++c) {
-    values[c] = std::max(maps_[channel + c].inverse(values[c]), least_[channel + c]);
+    values[c] = std::clamp(maps_[channel + c].inverse(values[c]), least_[channel + c], most_[channel + c]);
   }
 }
 

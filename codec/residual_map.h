@@ -50,6 +50,7 @@ class ResidualMap {
  private:
   std::vector<DomainMap<Real>> maps_;
   std::vector<Real> least_;  ///< per channel: 0 where no sample is negative, so that no overshoot is either
+  std::vector<Real> most_;   ///< per channel: 16 times the largest sample
   bool guided_ = false;
   GuideCurve<Real> guide_;
 };

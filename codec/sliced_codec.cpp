@@ -135,6 +135,16 @@ Result<Guide> decode_guide(std::span<const std::byte> bytes, std::size_t channel
   return guide;
 }
 
+// Away from the poles at most eight lattice points are one crossing. Keeps a small file from asking for a huge lattice.
+double least_crossing_count(const FrameSpec& frame) {
+  double count = 1.0 / 8;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    const std::size_t nodes = frame.axes[axis].nodes_deg.size();
+    if (nodes > 0) count *= static_cast<double>(axis <= kDiagonal ? nodes : nodes - 1);
+  }
+  return count;
+}
+
 }  // namespace
 
 std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced) {
@@ -179,6 +189,10 @@ Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes) {
     Result<Guide> guide = decode_guide(container->find("GUID"), sliced.channel_count());
     if (!guide) return guide.error();
     sliced.guide = *std::move(guide);
+  }
+  if (least_crossing_count(sliced.frame) * static_cast<double>(sliced.channel_count()) >
+      static_cast<double>(sliced.crossing_values.size())) {
+    return Error{ErrorCode::kInvalidFile, "chunk CROS: fewer values than the frame has crossings", {}};
   }
   Result<Lattice> lattice = build_lattice(sliced.frame);
   if (!lattice) return lattice.error();

@@ -196,7 +196,8 @@ class LiteralEvaluator {
     for (const double radians : candidates) {
       for (const double image : {degrees_from_radians(radians), -degrees_from_radians(radians)}) {
         for (int turn = -6; turn <= 6; ++turn) {
-          if (try_at(image + 180 * turn)) return image + 180 * turn;
+          const double position = image + 180 * turn;
+          if (try_at(position)) return std::clamp(position, slice.start_deg, slice.start_deg + slice.length_deg);
         }
       }
     }

@@ -42,8 +42,7 @@ inline SampledBrdf sample_function(const FrameSpec& spec, std::uint64_t extra, D
   SamplingOptions options;
   options.sample_count = made.lattice.crossings.size() + extra;
   options.domain = domain;
-  made.sliced =
-      sample_slices(made.lattice, channel_names(channels), measure_of(function, channels), options).value();
+  made.sliced = sample_slices(made.lattice, channel_names(channels), measure_of(function, channels), options).value();
   return made;
 }
 

@@ -231,13 +231,16 @@ TEST(DecodeSliced, RefusesNodesTooCloseToBeToldApart) {
   EXPECT_FALSE(decode_exactly(file_with_frame({{0, 180}, {0, 180}, {0, 80, 80 + 1e-9}, {0, 80, 80 + 1e-9}})));
 }
 
-TEST(DecodeSliced, RefusesLatticesTooLargeToBuild) {
+TEST(DecodeSliced, RefusesFramesWithFarMoreCrossingsThanValuesBeforeBuildingThem) {
   std::vector<double> azimuths;
   for (int k = 0; k < 300; ++k) azimuths.push_back(k);
   std::vector<double> elevations;
   for (int k = 0; k < 90; ++k) elevations.push_back(k);
-  expect_refused(file_with_frame({azimuths, azimuths, elevations, elevations}), "lattice points",
-                 ErrorCode::kUnsupported);
+  expect_refused(file_with_frame({azimuths, azimuths, elevations, elevations}),
+                 "fewer values than the frame has crossings");
+  const auto built = build_lattice(elevation_frame_from_nodes(elevations, azimuths, azimuths, {}));
+  ASSERT_FALSE(built);
+  EXPECT_EQ(built.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(DecodeSliced, RefusesCountsThatDoNotFitThePositions) {

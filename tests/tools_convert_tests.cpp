@@ -49,7 +49,8 @@ TEST(Convert, CopiesSlicedFilesUnlessAskedToSampleThemAgain) {
   write_bytes(in, small_sliced());
   ASSERT_EQ(run_sbrdf({"convert", in, out}).exit_code, 0);
   EXPECT_EQ(read_bytes(in), read_bytes(out));
-  const ProgramRun run = run_sbrdf({"convert", in, out, "--samples", "500", "--domain", "linear", "--placement", "40/90"});
+  const ProgramRun run =
+      run_sbrdf({"convert", in, out, "--samples", "500", "--domain", "linear", "--placement", "40/90"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(read_bytes(in), read_bytes(out));
   EXPECT_EQ(run_sbrdf({"info", out, "--json"}).json()["domain"], "linear");
@@ -67,7 +68,8 @@ TEST(Convert, TakesTheSamePathForInAndOut) {
 TEST(Convert, ReportsWhatItReadAndWrote) {
   const ScratchFolder folder;
   const std::string out = folder / "out.SBRDF";
-  const ProgramRun run = run_sbrdf({"convert", "kurt:fabric112", out, "--samples", "8911", "--placement", "paper", "--json"});
+  const ProgramRun run =
+      run_sbrdf({"convert", "kurt:fabric112", out, "--samples", "8911", "--placement", "paper", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto json = run.json();
   EXPECT_EQ(json["in"]["format"], "kurt");
@@ -194,7 +196,8 @@ TEST(ConvertOutput, NeedsAFolderThatTakesFiles) {
   const ScratchFolder folder;
   std::filesystem::permissions(folder.path(), std::filesystem::perms(0555));
   const std::string out = folder / "out.sbrdf";
-  const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", out, "--placement", "14/36"}, {.without_privileges = true});
+  const ProgramRun run =
+      run_sbrdf({"convert", "kurt:wood01", out, "--placement", "14/36"}, {.without_privileges = true});
   if (run.exit_code == 97) GTEST_SKIP() << "the folder of the program is closed to the user nobody";
   expect_failure(run, 2, out, "Permission denied");
   EXPECT_THAT(folder.entries(), IsEmpty());
@@ -207,7 +210,8 @@ TEST(ConvertOutput, MayNotBeAFileThatMayNotBeWritten) {
   write_bytes(out, bytes_of("old"));
   std::filesystem::permissions(out, std::filesystem::perms(0444));
   std::filesystem::permissions(folder.path(), std::filesystem::perms::all);
-  const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", out, "--placement", "14/36"}, {.without_privileges = true});
+  const ProgramRun run =
+      run_sbrdf({"convert", "kurt:wood01", out, "--placement", "14/36"}, {.without_privileges = true});
   if (run.exit_code == 97) GTEST_SKIP() << "the folder of the program is closed to the user nobody";
   expect_failure(run, 2, out, "Permission denied");
   EXPECT_EQ(read_text(out), "old");
@@ -223,7 +227,8 @@ TEST(ConvertOutput, LeavesTheOldFileWhenTheNewOneGrowsTooLarge) {
   const ScratchFolder folder;
   const std::string out = folder / "out.sbrdf";
   write_bytes(out, bytes_of("old"));
-  expect_failure(run_sbrdf({"convert", "kurt:fabric112", out, "--placement", "14/36"}, {.largest_file = 4096}), 2, out, "File too large");
+  expect_failure(run_sbrdf({"convert", "kurt:fabric112", out, "--placement", "14/36"}, {.largest_file = 4096}), 2, out,
+                 "File too large");
   EXPECT_EQ(read_text(out), "old");
   EXPECT_THAT(folder.entries(), ElementsAre("out.sbrdf"));
 }
@@ -240,10 +245,11 @@ TEST(ConvertOutput, LeavesTheOldFileWhenTheDiskIsFull) {
   if (const ProgramRun probe = in_namespace(flags, mounted); probe.exit_code != 0) {
     GTEST_SKIP() << "no small file system can be mounted here: " << probe.err;
   }
-  const ProgramRun run =
-      in_namespace(flags, mounted +
-                              " && printf old > out.sbrdf && { \"$0\" convert kurt:fabric112 out.sbrdf --placement 14/36; code=$?; } && "
-                              "ls -A && cat out.sbrdf && exit $code");
+  const ProgramRun run = in_namespace(
+      flags,
+      mounted +
+          " && printf old > out.sbrdf && { \"$0\" convert kurt:fabric112 out.sbrdf --placement 14/36; code=$?; } && "
+          "ls -A && cat out.sbrdf && exit $code");
   expect_failure(run, 2, "out.sbrdf", "No space left on device");
   EXPECT_EQ(run.out, "out.sbrdf\nold");
 }

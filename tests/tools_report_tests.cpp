@@ -39,7 +39,9 @@ TEST(Info, TellsThatCrossingsAreAsManyAsTheMethodSays) {
 TEST(Info, DescribesASlicedFile) {
   const ScratchFolder folder;
   const std::string file = folder / "any.name";
-  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", folder / "a.sbrdf", "--placement", "14/36", "--samples", "8911"}).exit_code, 0);
+  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", folder / "a.sbrdf", "--placement", "14/36", "--samples", "8911"})
+                .exit_code,
+            0);
   std::filesystem::rename(folder / "a.sbrdf", file);
   const auto json = run_sbrdf({"info", file, "--json"}).json();
   EXPECT_EQ(json["format"], "sbrdf");
@@ -83,7 +85,10 @@ TEST(Info, ReadsTheParametersOfAModelFromAFile) {
 TEST(Compare, GivesAllFigures) {
   const ScratchFolder folder;
   const std::string test = folder / "test.sbrdf";
-  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", test, "--placement", "14/36", "--samples", "8911", "--refine", "measured"}).exit_code, 0);
+  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", test, "--placement", "14/36", "--samples", "8911", "--refine",
+                       "measured"})
+                .exit_code,
+            0);
   const ProgramRun run = run_sbrdf({"compare", "kurt:fabric112", test, "--random", "20000", "--seed", "7", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.err, "");

@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
   sbrdf::add_compare(program, exit_code);
   sbrdf::add_eval(program, exit_code);
   sbrdf::add_formats(program, exit_code);
+  sbrdf::add_stress(program, exit_code);
   sbrdf::add_reproduce(program, exit_code);
   try {
     program.parse(argc, argv);

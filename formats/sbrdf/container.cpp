@@ -15,6 +15,7 @@ constexpr std::size_t kHeaderSize = 16;
 constexpr std::size_t kEntrySize = 40;
 constexpr std::uint32_t kMaxChunks = 4096;
 constexpr int kZstdLevel = 19;
+constexpr std::uint64_t kMaxRatio = 32'768;  // what a small file can make a reader allocate
 
 enum class Coding : std::uint32_t { kRaw = 0, kZstd = 1 };
 
@@ -52,6 +53,9 @@ Result<Entry> parse_entry(ByteReader& in) {
   }
   entry.coding = static_cast<Coding>(coding);
   if (entry.decoded_size > kMaxChunkSize) return invalid("chunk " + entry.name + ": larger than 2^30 bytes", at + 24);
+  if (entry.decoded_size / kMaxRatio > entry.stored_size) {
+    return invalid("chunk " + entry.name + ": decodes to more than 32,768 times its size", at + 24);
+  }
   if (entry.coding == Coding::kRaw && entry.decoded_size != entry.stored_size) {
     return invalid("chunk " + entry.name + ": raw, but its sizes differ", at + 16);
   }
@@ -113,6 +117,7 @@ Result<Container> parse_container(std::span<const std::byte> bytes) {
   const std::size_t table_size = kHeaderSize + count * kEntrySize;
   const auto table = bytes.first(std::min(bytes.size(), table_size));
   std::vector<Entry> entries;
+  std::uint64_t decoded_size = 0;
   for (std::uint32_t k = 0; k < count; ++k) {
     Result<Entry> entry = parse_entry(in);
     if (!entry) return entry.error();
@@ -120,6 +125,9 @@ Result<Container> parse_container(std::span<const std::byte> bytes) {
     if (std::any_of(entries.begin(), entries.end(), same_name)) {
       return invalid("two chunks " + entry->name, kHeaderSize + k * kEntrySize);
     }
+    decoded_size += entry->decoded_size;
+    if (decoded_size > kMaxChunkSize)
+      return invalid("the chunks decode to more than 2^30 bytes", kHeaderSize + k * kEntrySize);
     entries.push_back(*std::move(entry));
   }
   const std::uint64_t table_checksum = in.u64();

@@ -18,7 +18,7 @@ namespace sbrdf {
 inline constexpr std::array<std::uint8_t, 8> kContainerMagic = {0x89, 'S', 'B', 'R', 'D', 'F', 0x0D, 0x0A};
 inline constexpr std::uint16_t kContainerMajor = 0;
 inline constexpr std::uint16_t kContainerMinor = 1;
-/// No chunk decodes to more than this many bytes.
+/// All chunks together decode to no more than this many bytes.
 inline constexpr std::uint64_t kMaxChunkSize = 1ULL << 30U;
 
 /// One chunk, decoded. `name` has four ASCII characters.
