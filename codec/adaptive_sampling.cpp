@@ -63,7 +63,7 @@ class Sampler {
       const std::uint64_t before = placed_;
       const std::uint64_t target = target_after(round, adaptive);
       if (Status status = iterate(target - placed_); !status) return status;
-      if (target == adaptive && placed_ == before) break;
+      if (placed_ == before && target > before) break;  // every gap is at the minimum
     }
     std::vector<SliceSamples> done;
     for (Working& slice : slices_) done.push_back(std::move(slice.samples));
@@ -187,8 +187,8 @@ class MeasuredSampler final : public Sampler {
 
   std::uint64_t target_after(int round, std::uint64_t adaptive) const override {
     const double first = std::min<double>(round, options_.first_rounds) / std::max(1, options_.first_rounds);
-    const double second =
-        std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) / std::max(1, options_.second_rounds);
+    const double second = std::clamp<double>(round - options_.first_rounds, 0, options_.second_rounds) /
+                          std::max(1, options_.second_rounds);
     const double share = options_.first_share * first + (1 - options_.first_share) * second;
     return static_cast<std::uint64_t>(std::llround(share * static_cast<double>(adaptive)));
   }

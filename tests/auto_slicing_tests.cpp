@@ -63,6 +63,19 @@ TEST(TrueRefinement, IsBetterThanTheMeasuredOneAndTakesAsManySamples) {
   EXPECT_LT(rel_l1(*fabric, true_error), rel_l1(*fabric, measured));
 }
 
+TEST(SliceSource, EndsBelowTheNumberOfSamplesWhereEveryGapIsAtTheMinimum) {
+  for (const Refinement refinement : {Refinement::kMeasured, Refinement::kTrue}) {
+    SliceOptions options;
+    options.placement = {40, 90};
+    options.sample_count = 5000;
+    options.refinement = refinement;
+    options.minimum_gap_deg = 90;
+    const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
+    EXPECT_LT(slicing.sliced.sample_count(), 5000U);
+    EXPECT_EQ(slicing.report.wanted_samples, 5000U);
+  }
+}
+
 TEST(StructureSearch, BeatsTheTableOfThePaper) {
   const auto fabric = make_kurt_source(kurt_material("fabric112").value());
   SliceOptions paper;
