@@ -115,7 +115,12 @@ Result<Container> parse_container(std::span<const std::byte> bytes) {
   }
   if (count > kMaxChunks) return invalid(std::to_string(count) + " chunks; at most 4096 are allowed", 12);
   const std::size_t table_size = kHeaderSize + count * kEntrySize;
-  const auto table = bytes.first(std::min(bytes.size(), table_size));
+  // Before any entry is believed: damage is damage, whatever it looks like.
+  ByteReader ahead(bytes);
+  const std::uint64_t expected = checksum(ahead.bytes(table_size));
+  const std::uint64_t stated = ahead.u64();
+  if (!ahead.ok()) return ahead.error();
+  if (stated != expected) return invalid("header checksum does not match", table_size);
   std::vector<Entry> entries;
   std::uint64_t decoded_size = 0;
   for (std::uint32_t k = 0; k < count; ++k) {
@@ -130,9 +135,7 @@ Result<Container> parse_container(std::span<const std::byte> bytes) {
       return invalid("the chunks decode to more than 2^30 bytes", kHeaderSize + k * kEntrySize);
     entries.push_back(*std::move(entry));
   }
-  const std::uint64_t table_checksum = in.u64();
-  if (!in.ok()) return in.error();
-  if (table_checksum != checksum(table)) return invalid("header checksum does not match", table_size);
+  in.u64();  // the checksum
   for (const Entry& entry : entries) {
     if (entry.offset != in.offset())
       return invalid("chunk " + entry.name + " is not where the last one ends", in.offset());
