@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -68,6 +67,13 @@ Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const
   if (!comparison) return comparison.error();
   row.mre_percent = comparison->mre_percent;
   return row;
+}
+
+// Placements that do not fit have a NaN, which no comparison takes.
+double least_error(const std::vector<double>& errors) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const double error : errors) least = error < least ? error : least;
+  return least;
 }
 
 /// The error of every material and placement at one sample count.
@@ -145,14 +151,6 @@ class PlacementGrid {
     return best;
   }
 
- public:
-  [[nodiscard]] static double least_error(const std::vector<double>& errors) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const double error : errors) least = error < least ? error : least;
-    return least;
-  }
-
- private:
   const PlacementOptions& options_;
   const std::vector<std::unique_ptr<BrdfSource>>& sources_;
   const std::vector<HeldBack>& grids_;
@@ -184,7 +182,7 @@ double mean_increase(const std::vector<PlacementRow>& rows, std::size_t material
   double sum = 0;
   std::size_t count = 0;
   for (const PlacementRow& row : rows) {
-    const double ratio = row.mre_percent[material][row.*chosen] / PlacementGrid::least_error(row.mre_percent[material]);
+    const double ratio = row.mre_percent[material][row.*chosen] / least_error(row.mre_percent[material]);
     if (!std::isfinite(ratio)) continue;
     sum += ratio;
     ++count;
