@@ -9,7 +9,7 @@ namespace sbrdf {
 namespace {
 
 constexpr std::size_t kMaxNodes = 4096;
-constexpr double kLeastSpacingDeg = 1e-3;  // far above the 1e-6 at which the lattice takes two nodes for one
+constexpr double kLeastSpacingDeg = 1e-3;  // far above what node_units takes for one node
 
 Error frame_error(const std::string& what) { return {ErrorCode::kInvalidFile, "frame: " + what, {}}; }
 
@@ -33,7 +33,21 @@ Status check_axis(const Axis& axis, double node_period) {
   return ok_status();
 }
 
+// Exchanging the directions turns u into 360 - u. Where the two elevations change places the value would jump if the
+// cell on the other side were another one.
+Status check_exchange(const Axis& axis) {
+  const auto& nodes = axis.nodes_deg;
+  for (std::size_t k = 1; k < nodes.size(); ++k) {
+    if (node_units(nodes[nodes.size() - k]) == node_units(360 - nodes[k])) continue;
+    return frame_error("axis " + axis.name + ", node " + std::to_string(k) + ": " + std::to_string(nodes[k]) +
+                       " degrees has no counterpart at 360 degrees less that");
+  }
+  return ok_status();
+}
+
 }  // namespace
+
+std::int64_t node_units(double degrees) { return std::llround(degrees * kUnitsPerDegree); }
 
 double wrap_node(double angle_deg, double period_deg) {
   constexpr double kSnap = 1e-9;
@@ -94,7 +108,7 @@ Status check_frame(const FrameSpec& spec) {
   if (spec.id == FrameId::kElevation && spec.axes[kHorizontal].nodes_deg != spec.axes[kVertical].nodes_deg) {
     return frame_error("theta_i and theta_v must have the same nodes");
   }
-  return ok_status();
+  return spec.id == FrameId::kElevation ? check_exchange(spec.axes[kDiagonal]) : ok_status();
 }
 
 }  // namespace sbrdf

@@ -115,7 +115,8 @@ class FrameGeometry {
 [[nodiscard]] Result<FrameSpec> elevation_frame(double elevation_step_deg, double azimuth_step_deg,
                                                 const Symmetries& symmetries, double theta_max_deg = kThetaMaxDeg);
 
-/// The elevation frame with its own lists: `elevations_deg` begins with 0; `s` and `u` begin with 0, within [0, 360).
+/// The elevation frame with its own lists: `elevations_deg` begins with 0; `s` and `u` begin with 0, within [0, 360),
+/// and `u` is symmetric about 180.
 [[nodiscard]] FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::vector<double> s_nodes_deg,
                                                    std::vector<double> u_nodes_deg, const Symmetries& symmetries);
 
@@ -125,7 +126,8 @@ class FrameGeometry {
                                               std::vector<double> phi_h_deg, std::vector<double> phi_d_deg,
                                               const Symmetries& symmetries);
 
-/// Checks every list against the rules at Axis and against the symmetries.
+/// Checks every list against the rules at Axis and against the symmetries. In the elevation frame theta_i and theta_v
+/// must have the same nodes, and u must have 360 - x wherever it has x > 0.
 [[nodiscard]] Status check_frame(const FrameSpec& spec);
 
 }  // namespace sbrdf

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "codec/frame.h"
@@ -16,6 +17,10 @@ namespace sbrdf {
 [[nodiscard]] const FrameGeometry& half_difference_geometry();
 
 // What both have in common.
+
+inline constexpr double kUnitsPerDegree = 1e6;
+/// Coordinates that agree to 1e-6 degrees are the same node; whole numbers make them comparable and hashable.
+[[nodiscard]] std::int64_t node_units(double degrees);
 
 /// wrap(), and 0 where rounding left the result just below the period: nodes come from decimal degrees and their sums.
 [[nodiscard]] double wrap_node(double angle_deg, double period_deg);

@@ -9,14 +9,12 @@
 #include <unordered_map>
 #include <utility>
 
+#include "codec/frame_geometries.h"
+
 namespace sbrdf {
 namespace {
 
 constexpr std::uint64_t kMaxPoints = 1ULL << 22U;
-
-// Coordinates that agree to 1e-6 degrees are the same node; whole numbers make them comparable and hashable.
-constexpr double kUnitsPerDegree = 1e6;
-std::int64_t units(double degrees) { return std::llround(degrees * kUnitsPerDegree); }
 
 // Compared from the front: the moving axis, then theta_i before theta_v (elevation frame), so that of two reciprocal
 // twins the one with theta_i <= theta_v, and of two slices the horizontal one, is kept.
@@ -47,7 +45,7 @@ Key key_of(const AffineLine& line) {
   Key key;
   key.value[0] = static_cast<std::int64_t>(moving_axis(line));
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    key.value[kAxisCount - axis] = line.slope[axis] != 0 ? kMoving : units(line.offset[axis]);
+    key.value[kAxisCount - axis] = line.slope[axis] != 0 ? kMoving : node_units(line.offset[axis]);
   }
   return key;
 }
@@ -197,14 +195,14 @@ class Builder {
       slice.length_deg = lattice_.nodes[moving].back();
       return slice;
     }
-    std::int64_t period = units(line_period);
+    std::int64_t period = node_units(line_period);
     std::int64_t centre = -1;
     const Key key = key_of(line);
     const Images all = images(line);
     for (std::size_t k = 0; k < all.count; ++k) {
       const AffineLine& image = all.lines[k];
       if (key_of(image) != key) continue;
-      const std::int64_t offset = units(image.offset[moving]);
+      const std::int64_t offset = node_units(image.offset[moving]);
       if (image.slope[moving] > 0) {
         period = std::gcd(period, offset);
       } else if (centre < 0 || offset < centre) {
@@ -226,7 +224,7 @@ class Builder {
       const double position = fold(slice, reference.sign * x + reference.offset_deg);
       std::uint32_t corner = 0;
       for (std::size_t a = 0; a < kAxisCount; ++a) corner += p.index[a] * lattice_.corner_strides[a];
-      collected_[reference.target].try_emplace(units(position), SliceNode{position, lattice_.corners[corner]});
+      collected_[reference.target].try_emplace(node_units(position), SliceNode{position, lattice_.corners[corner]});
     }
   }
 

@@ -300,7 +300,7 @@ StressRow check_single(Trial& trial) {
     };
     const FrameSpec spec =
         trial.frame == FrameId::kElevation
-            ? elevation_frame_from_nodes(list(3, {0, 80}), list(0, {0, 200}), list(1, {0, 100}), {})
+            ? elevation_frame_from_nodes(list(3, {0, 80}), list(0, {0, 200}), list(1, {0, 100, 260}), {})
             : half_difference_frame(list(3, {0, 50}), list(2, {0, 40}), list(0, {0, 200}), list(1, {0, 100}), {});
     for (const std::uint64_t samples : {0U, 12U}) {
       const Material material = sample(spec, {samples, trial.domain}, smooth);

@@ -210,6 +210,21 @@ TEST(Evaluator, GivesExactlyZeroAtSamplesThatAreZero) {
   }
 }
 
+TEST(Evaluator, IsContinuousWhereTheElevationsChangePlaces) {
+  std::mt19937_64 random(11);
+  for (const FrameSpec& spec : various_frames()) {
+    const auto [lattice, sliced] = sample_function(spec, 200, DomainKind::kLog, analytic(spec.symmetries));
+    const BasicEvaluator<long double> evaluator(sliced, lattice);
+    for (int k = 0; k < 500; ++k) {
+      DirectionPair pair = random_pair(random);
+      pair.v.theta = pair.i.theta + 1e-9;
+      const long double above = evaluate(evaluator, pair)[0];
+      std::swap(pair.i.theta, pair.v.theta);
+      ASSERT_NEAR(static_cast<double>(evaluate(evaluator, pair)[0] / above), 1, 1e-5);
+    }
+  }
+}
+
 TEST(Evaluator, ReproducesConstantsToTheLastBit) {
   std::mt19937_64 random(4);
   for (const FrameSpec& spec : various_frames()) {

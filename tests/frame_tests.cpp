@@ -322,6 +322,27 @@ TEST(CheckFrame, RefusesDifferentElevationsOfLightAndViewer) {
   EXPECT_THAT(refusal(spec), HasSubstr("same nodes"));
 }
 
+TEST(CheckFrame, RefusesAzimuthDifferencesThatChangeWhenTheDirectionsAreExchanged) {
+  for (const bool isotropic : {false, true}) {
+    FrameSpec spec = valid_spec();
+    spec.symmetries.isotropic = isotropic;
+    if (isotropic) spec.axes[kAxial].nodes_deg = {0};
+    for (const auto& nodes :
+         {std::vector{0.0, 100.0}, {0.0, 90.0, 180.0, 200.0}, {0.0, 90.0, 269.0}, {0.0, 90.0, 270.00001}}) {
+      spec.axes[kDiagonal].nodes_deg = nodes;
+      EXPECT_THAT(refusal(spec), HasSubstr("axis u")) << testing::PrintToString(nodes);
+    }
+    for (const auto& nodes : {std::vector{0.0},
+                              {0.0, 180.0},
+                              {0.0, 90.0, 270.0},
+                              {0.0, 360 / 7.0, 360 - 360 / 7.0},
+                              {0.0, 2e-3, 359.998}}) {
+      spec.axes[kDiagonal].nodes_deg = nodes;
+      EXPECT_EQ(refusal(spec), "") << testing::PrintToString(nodes);
+    }
+  }
+}
+
 TEST(CheckFrame, RefusesMoreThanOneNodeOfTheSumForAnIsotropicMaterial) {
   FrameSpec spec = valid_spec();
   spec.symmetries.isotropic = true;

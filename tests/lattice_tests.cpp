@@ -31,7 +31,7 @@ std::vector<std::pair<std::string, FrameSpec>> various_frames() {
   frames.emplace_back("odd", elevation_frame(40, 72, {}).value());
   frames.emplace_back("own lists", elevation_frame_from_nodes({0, 11, 35, 80}, {0, 50, 200}, {0, 30, 180, 330}, {}));
   frames.emplace_back("own lists without the pole's opposite",
-                      elevation_frame_from_nodes({0, 11, 80}, {0, 50, 200}, {0, 30, 100}, {}));
+                      elevation_frame_from_nodes({0, 11, 80}, {0, 50, 200}, {0, 30, 100, 260, 330}, {}));
   // Within reach of the horizon, where every coordinate is a direction pair of its own.
   for (int bits = 0; bits < 8; ++bits) {
     const Symmetries symmetries = {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0};

@@ -233,7 +233,7 @@ TEST(DecodeSliced, RefusesNodesTooCloseToBeToldApart) {
 
 TEST(DecodeSliced, RefusesFramesWithFarMoreCrossingsThanValuesBeforeBuildingThem) {
   std::vector<double> azimuths;
-  for (int k = 0; k < 300; ++k) azimuths.push_back(k);
+  for (int k = 0; k < 300; ++k) azimuths.push_back(1.2 * k);
   std::vector<double> elevations;
   for (int k = 0; k < 90; ++k) elevations.push_back(k);
   expect_refused(file_with_frame({azimuths, azimuths, elevations, elevations}),
