@@ -119,12 +119,14 @@ Status check(const BrdfSource& reference, const BrdfSource& test, const CompareO
 Comparison summarise(const Sums& sums) {
   Comparison result;
   const auto count = static_cast<double>(sums.count);
-  result.mre_percent = sums.relative_count > 0 ? 100 * sums.relative / static_cast<double>(sums.relative_count) : 0;
+  result.mre_percent = sums.relative_count > 0 ? 100 * sums.relative / static_cast<double>(sums.relative_count)
+                                               : std::numeric_limits<double>::quiet_NaN();
   result.rel_l1_percent = sums.difference == 0 ? 0 : 100 * sums.difference / sums.reference;
   result.rmse = std::sqrt(sums.squares / count);
   result.max_abs = sums.max_difference;
   result.psnr_db =
       result.rmse == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(sums.max_reference / result.rmse);
+  result.mre_values = sums.relative_count;
   result.mre_left_out = sums.count - sums.relative_count;
   return result;
 }

@@ -19,7 +19,8 @@ struct CompareOptions {
 
 /// Differences of a test r from a reference f, over all directions and channels.
 struct Comparison {
-  double mre_percent = 0;        ///< 100 x mean of |f - r| / max(|f|, floor), over values whose denominator is not 0
+  /// 100 x mean of |f - r| / max(|f|, floor), over values whose denominator is not 0; NaN where there is none
+  double mre_percent = 0;
   double rel_l1_percent = 0;     ///< 100 x sum |f - r| / sum |f|
   double rmse = 0;               ///< [1/sr]
   double max_abs = 0;            ///< [1/sr]
@@ -27,6 +28,7 @@ struct Comparison {
   std::uint64_t directions = 0;  ///< pairs evaluated
   std::uint64_t grid_directions = 0;  ///< pairs of the grid that these stand for, each as often as any other
   std::uint64_t mre_left_out = 0;     ///< channel values with f = 0 and no floor: no relative error
+  std::uint64_t mre_values = 0;       ///< the others, whose mean the MRE is
 };
 
 /// Where both sources are isotropic, only pairs with phi_v = 0 are evaluated: the same means. The same bits for any

@@ -203,6 +203,16 @@ TEST(Compare, LeavesZerosOutOfTheRelativeErrorAndCountsThem) {
   EXPECT_NEAR(floored.mre_percent, 100 * (6.0 / 9 + 0.5 * 8 / 9), 1e-10);
 }
 
+TEST(Compare, HasNoRelativeErrorWhereEveryReferenceIsZero) {
+  const FunctionSource black([](const auto&, std::size_t) { return 0.0; });
+  const FunctionSource test([](const auto&, std::size_t) { return 3.0; });
+  const Comparison found = compare(black, test, coarse());
+  EXPECT_TRUE(std::isnan(found.mre_percent));
+  EXPECT_EQ(found.mre_values, 0U);
+  EXPECT_EQ(found.mre_left_out, 3ULL * 9 * 9 * 36 * 36);
+  EXPECT_EQ(compare(black, black, coarse()).rel_l1_percent, 0);
+}
+
 TEST(Compare, TakesTheSizeOfNegativeReferencesAsDenominator) {
   const FunctionSource reference([](const auto&, std::size_t) { return -2.0; });
   const FunctionSource test([](const auto&, std::size_t) { return -1.0; });

@@ -139,6 +139,23 @@ TEST(Compare, FailsAboveALimit) {
   EXPECT_EQ(with("--max-rel-l1", "1e9").exit_code, 0);
 }
 
+TEST(Compare, FailsALimitOnAnMreThatNoValueEntered) {
+  const ScratchFolder folder;
+  const std::string black = "kurt:" + (folder / "black.json");
+  write_bytes(folder / "black.json", bytes_of(R"({"name": "black", "k_d": [0, 0, 0], "lobes": []})"));
+  const std::vector<std::string> base = {"compare", black, "kurt:wood01", "--random", "500"};
+  const auto with = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), base.begin(), base.end());
+    return run_sbrdf(options);
+  };
+  expect_failure(with({"--max-mre", "1e9"}), 5, "kurt:wood01", "f = 0 in all 1,500 values");
+  EXPECT_EQ(with({"--max-mre", "1e9", "--floor", "0.001"}).exit_code, 0);
+  const ProgramRun unlimited = with({});
+  EXPECT_EQ(unlimited.exit_code, 0);
+  EXPECT_THAT(unlimited.out, HasSubstr("MRE          -"));
+  EXPECT_TRUE(with({"--json"}).json()["mre_percent"].is_null());
+}
+
 TEST(Compare, RefusesWrongUsage) {
   const std::vector<std::vector<std::string>> wrong = {
       {"--step", "0"},      {"--step", "-2"},      {"--step", "nan"},    {"--theta-max", "91"}, {"--random", "0"},

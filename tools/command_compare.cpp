@@ -91,6 +91,12 @@ int check_limits(const CompareCommand& command, const Comparison& result) {
                          fmt::format("{} {} % is above the limit of {:g} %", name, format_number(value), limit),
                          {}});
   };
+  if (command.max_mre && result.mre_values == 0) {
+    return report_error(command.test, {ErrorCode::kDifference,
+                                       "there is no MRE to hold against the limit: f = 0 in all " +
+                                           format_count(result.mre_left_out) + " values, and the floor is 0",
+                                       {}});
+  }
   if (exceeds(result.mre_percent, command.max_mre)) return fail("MRE", result.mre_percent, *command.max_mre);
   if (exceeds(result.rel_l1_percent, command.max_rel_l1)) {
     return fail("rel L1", result.rel_l1_percent, *command.max_rel_l1);
