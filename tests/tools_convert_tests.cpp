@@ -143,6 +143,18 @@ TEST(Convert, RefusesWrongUsage) {
   EXPECT_THAT(folder.entries(), IsEmpty());
 }
 
+TEST(Convert, SaysThatATargetMustBeGreaterThanZero) {
+  const ScratchFolder folder;
+  for (const char* option : {"--target-mre", "--target-rel-l1"}) {
+    for (const char* value : {"-1", "0", "-0", "1000.1"}) {
+      const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", folder / "out.sbrdf", option, value});
+      EXPECT_EQ(run.exit_code, 1);
+      EXPECT_THAT(run.err, HasSubstr(std::string(option) + ": " + value +
+                                     " is out of range; it must be greater than 0 and at most 1000"));
+    }
+  }
+}
+
 TEST(ConvertOutput, NeedsAKnownExtension) {
   const ScratchFolder folder;
   for (const char* name : {"out.xyz", "out.bsdf", "out", "out.", ".sbrdf"}) {

@@ -18,6 +18,7 @@ namespace sbrdf {
 namespace {
 
 constexpr std::uint64_t kMostBytes = 1'000'000'000;
+constexpr Range kTarget = {0, 1000, true};  // [%]
 
 struct ConvertOptions {
   std::string in;
@@ -156,9 +157,9 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   };
   mark(add_count(command, "--samples", slices.sample_count, {1, kMaxSampleCount},
                  "Directions sampled, crossings included"));
-  mark(add_number(command, "--target-mre", slices.target_mre_percent, {0, 1000}, "PERCENT",
+  mark(add_number(command, "--target-mre", slices.target_mre_percent, kTarget, "PERCENT",
                   "Instead of --samples: as few as reach this mean relative error"));
-  mark(add_number(command, "--target-rel-l1", slices.target_rel_l1_percent, {0, 1000}, "PERCENT",
+  mark(add_number(command, "--target-rel-l1", slices.target_rel_l1_percent, kTarget, "PERCENT",
                   "Instead of --samples: as few as reach this relative L1 error"));
   mark(add_count(command, "--max-bytes", slices.max_bytes, {1, kMostBytes},
                  "Instead of --samples: as many as fit a file of this size"));

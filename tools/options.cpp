@@ -16,6 +16,15 @@ std::optional<T> parse(std::string_view text) {
   return value;
 }
 
+std::string describe(const Range& range) {
+  if (range.open) {
+    const std::string least = fmt::format("greater than {:g}", range.least);
+    return range.most == Range().most ? least : least + fmt::format(" and at most {:g}", range.most);
+  }
+  if (range.most == Range().most) return fmt::format("at least {:g}", range.least);
+  return fmt::format("{:g} to {:g}", range.least, range.most);
+}
+
 // CLI11's own reading of numbers takes -1 for a large count and 010 for eight.
 template <class Variable>
 CLI::Option* add_number_to(CLI::App& app, const std::string& flag, Variable& value, Range range,
@@ -26,14 +35,11 @@ CLI::Option* add_number_to(CLI::App& app, const std::string& flag, Variable& val
           [flag, &value, range](const std::string& text) {
             const std::optional<double> number = parse_number(text);
             if (!number) throw CLI::ValidationError(flag, "'" + text + "' is not a number");
-            if (*number >= range.least && *number <= range.most) {
-              value = *number;
-              return;
+            const bool enough = range.open ? *number > range.least : *number >= range.least;
+            if (!enough || *number > range.most) {
+              throw CLI::ValidationError(flag, text + " is out of range; it must be " + describe(range));
             }
-            throw CLI::ValidationError(
-                flag, range.most == Range().most
-                          ? fmt::format("{} is out of range; it must be at least {:g}", text, range.least)
-                          : fmt::format("{} is out of range; it must be {:g} to {:g}", text, range.least, range.most));
+            value = *number;
           },
           help)
       ->type_name(unit);

@@ -19,6 +19,7 @@ namespace sbrdf {
 struct Range {
   double least = 0;
   double most = std::numeric_limits<double>::max();
+  bool open = false;  ///< `least` itself is out of range
 };
 struct CountRange {
   std::uint64_t least = 0;
