@@ -80,14 +80,11 @@ class Search {
 
   Result<SearchResult> run() {
     std::vector<Structure> candidates = seeds();
+    if (candidates.empty()) return too_few();
     std::vector<double> errors = try_all(candidates);
     for (std::size_t k = 0; k < candidates.size(); ++k) remember(candidates[k], errors[k]);
     const auto best = std::min_element(errors.begin(), errors.end());
-    if (*best == kInfinite) {
-      return Error{ErrorCode::kUsage,
-                   std::to_string(options_.sampling.sample_count) + " samples are too few for any structure",
-                   {}};
-    }
+    if (*best == kInfinite) return too_few();
     structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
     error_ = *best;
     report_frames();
@@ -147,6 +144,11 @@ class Search {
         sample_slices(*lattice, channels_, measure_, sampling_for(structure, options_.sampling));
     if (!sliced) return kInfinite;
     return objective_value(judge(Evaluator(*sliced, *lattice), held_back_), options_.objective);
+  }
+
+  [[nodiscard]] Error too_few() const {
+    return {
+        ErrorCode::kUsage, "too few samples for any structure: " + std::to_string(options_.sampling.sample_count), {}};
   }
 
   std::vector<double> try_all(const std::vector<Structure>& candidates) {

@@ -101,6 +101,14 @@ TEST(Convert, RefusesFewerSamplesThanCrossings) {
   EXPECT_THAT(folder.entries(), IsEmpty());
 }
 
+TEST(Convert, RefusesFewerSamplesThanAnyStructureTakes) {
+  const ScratchFolder folder;
+  for (const char* samples : {"1", "10"}) {
+    expect_failure(run_sbrdf({"convert", "kurt:fabric112", folder / "out.sbrdf", "--samples", samples}), 1,
+                   "kurt:fabric112", std::string("too few samples for any structure: ") + samples);
+  }
+}
+
 TEST(Convert, RefusesWrongUsage) {
   const ScratchFolder folder;
   const std::string out = folder / "out.sbrdf";
