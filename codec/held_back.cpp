@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <random>
 
 namespace sbrdf {
@@ -12,6 +13,7 @@ namespace {
 constexpr std::array<double, 7> kEdges = {0, 1, 2, 4, 8, 16, 91};
 constexpr std::array<double, 6> kShares = {0.12, 0.12, 0.14, 0.16, 0.16, 0.30};
 constexpr std::uint64_t kMaxDraws = 4'000'000;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 std::size_t stratum_of(const DirectionPair& pair) {
   const double theta_h = degrees_from_radians(half_difference_from_pair(pair).theta_h);
@@ -60,6 +62,10 @@ Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isot
   return held_back;
 }
 
+bool all_zero(const HeldBack& held_back) {
+  return std::all_of(held_back.values.begin(), held_back.values.end(), [](float f) { return f == 0; });
+}
+
 HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
   const std::size_t channels = evaluator.channel_count();
   double total = 0;
@@ -74,14 +80,15 @@ HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
     evaluator.evaluate(held_back.pairs[k], values);
     for (std::size_t c = 0; c < channels; ++c) {
       const double f = held_back.values[k * channels + c];
-      const double error = held_back.weights[k] * std::abs(values[c] - f);
+      const double distance = std::abs(values[c] - f);
+      const double error = held_back.weights[k] * (std::isnan(distance) ? kInfinite : distance);
       difference += error;
       if (error > 0) relative += error / std::max(std::abs(f), floor);
     }
   }
   HeldBackError result;
   result.mre_percent = 100 * relative / static_cast<double>(channels);
-  result.rel_l1_percent = total > 0 ? 100 * difference / total : 0;
+  result.rel_l1_percent = difference > 0 ? 100 * difference / total : 0;
   return result;
 }
 

@@ -22,6 +22,10 @@ struct HeldBack {
 [[nodiscard]] Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isotropic,
                                               std::size_t channel_count, const Measure& measure);
 
+/// Of such values no relative error can be stated.
+[[nodiscard]] bool all_zero(const HeldBack& held_back);
+
+/// Never NaN. Infinite where the result is no number, and where it is not 0 though all held-back values are.
 struct HeldBackError {
   double mre_percent = 0;     ///< 100 x mean |f - r| / max(|f|, floor), floor = a hundredth of the mean |f|
   double rel_l1_percent = 0;  ///< 100 x sum |f - r| / sum |f|

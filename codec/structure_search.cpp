@@ -84,7 +84,7 @@ class Search {
     std::vector<double> errors = try_all(candidates);
     for (std::size_t k = 0; k < candidates.size(); ++k) remember(candidates[k], errors[k]);
     const auto best = std::min_element(errors.begin(), errors.end());
-    if (*best == kInfinite) return too_few();
+    if (*best == kInfinite) return why_all_fail(candidates.front());
     structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
     error_ = *best;
     report_frames();
@@ -137,12 +137,13 @@ class Search {
     return static_cast<double>(crossings) <= kMaxCrossingShare * static_cast<double>(options_.sampling.sample_count);
   }
 
-  [[nodiscard]] double try_one(const Structure& structure) const {
+  [[nodiscard]] Result<double> error_of(const Structure& structure) const {
     const Result<Lattice> lattice = build_lattice(expand_outline(structure.outline));
-    if (!lattice || !fits(lattice->crossings.size())) return kInfinite;
+    if (!lattice) return lattice.error();
+    if (!fits(lattice->crossings.size())) return kInfinite;
     const Result<SlicedBrdf> sliced =
         sample_slices(*lattice, channels_, measure_, sampling_for(structure, options_.sampling));
-    if (!sliced) return kInfinite;
+    if (!sliced) return sliced.error();
     return objective_value(judge(Evaluator(*sliced, *lattice), held_back_), options_.objective);
   }
 
@@ -151,9 +152,23 @@ class Search {
         ErrorCode::kUsage, "too few samples for any structure: " + std::to_string(options_.sampling.sample_count), {}};
   }
 
+  // Of structures that all fit the budget.
+  [[nodiscard]] Error why_all_fail(const Structure& structure) const {
+    const Result<double> error = error_of(structure);
+    if (!error) return error.error();
+    const std::string zero = all_zero(held_back_) ? ", where all values are zero" : "";
+    return {ErrorCode::kUnsupported,
+            "every structure tried has an infinite error on the " + std::to_string(held_back_.pairs.size()) +
+                " held-back directions" + zero + ": there is nothing to choose one by",
+            {}};
+  }
+
   std::vector<double> try_all(const std::vector<Structure>& candidates) {
     std::vector<double> errors(candidates.size(), kInfinite);
-    tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) { errors[k] = try_one(candidates[k]); });
+    tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) {
+      const Result<double> error = error_of(candidates[k]);
+      if (error) errors[k] = *error;
+    });
     tried_ += candidates.size();
     const double done = static_cast<double>(tried_) / static_cast<double>(std::max(options_.evaluations, tried_));
     if (options_.progress && !options_.progress(done)) stopped_ = true;

@@ -50,7 +50,7 @@ struct SearchResult {
 /// Finds the structure with the least error on `held_back` within the sample budget: seeds of both frames, then moves
 /// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure`
 /// is called from several threads at once. The same result for any number of threads. kUsage where no structure fits
-/// the budget.
+/// the budget, kUnsupported where all errors are infinite.
 [[nodiscard]] Result<SearchResult> search_structure(std::vector<std::string> channels, const Measure& measure,
                                                     const HeldBack& held_back, const SearchOptions& options);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <cstdio>
 
 #include "converters/merl.h"
@@ -22,6 +23,7 @@ Result<std::unique_ptr<BrdfSource>> load_merl(std::span<const std::byte> file) {
 }
 
 std::string percent(double value) {
+  if (std::isinf(value)) return "infinite";
   std::array<char, 32> text{};
   const int size = std::snprintf(text.data(), text.size(), "%.3g %%", value);
   return {text.data(), static_cast<std::size_t>(size)};
@@ -81,6 +83,10 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, std::vector<Remark>
                          " directions that took no part in any choice"});
   remarks.push_back({"held_back_rel_l1_percent", report.error.rel_l1_percent,
                      "relative L1 error " + percent(report.error.rel_l1_percent) + " on the same"});
+  if (report.error_values_all_zero) {
+    remarks.push_back({"held_back_values_all_zero", 1,
+                       "the source is zero on all of these directions: neither error says how good the file is"});
+  }
   if (!reciprocal) remarks.push_back(residual_remark(report.reciprocity_residual_percent));
   remark_count(remarks, "zero_values", report.zero_values, "sampled values are exactly zero");
   remark_count(remarks, "negative_values", report.negative_values, "sampled values are negative, kept");

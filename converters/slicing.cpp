@@ -195,6 +195,12 @@ class Slicer {
   }
 
   Result<Slicing> fewest_samples() {
+    if (all_zero(choice_) || all_zero(report_)) {
+      return Error{ErrorCode::kDifference,
+                   "the source is zero on all " + std::to_string(choice_.pairs.size()) +
+                       " held-back directions: there is no relative error to hold against a target",
+                   {}};
+    }
     const double target = options_.target_mre_percent.value_or(options_.target_rel_l1_percent.value_or(0));
     std::uint64_t enough = kFewestSamples;
     const auto reaches = [&](std::uint64_t count) -> Result<bool> {
@@ -278,6 +284,7 @@ class Slicer {
     report.reciprocity_residual_percent = reciprocity_residual_percent(source_);
     report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
     report.error_directions = report_.pairs.size();
+    report.error_values_all_zero = all_zero(report_);
     report.reasons = reasons_;
     slicing.sliced.metadata = describe(report);
   }
@@ -301,6 +308,7 @@ class Slicer {
                      {"rel_l1_percent", rounded(report.error.rel_l1_percent)},
                      {"directions", report.error_directions},
                      {"measured_on", "random directions that took no part in any choice, theta up to 80 degrees"}};
+    if (report.error_values_all_zero) json["error"]["values_all_zero"] = true;
     for (const Finding& finding : traits.findings) {
       json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
     }

@@ -63,6 +63,7 @@ struct SliceReport {
   std::uint64_t wanted_samples = 0;
   HeldBackError error;  ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
+  bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
   std::vector<std::string> reasons;  ///< why this structure, where one was searched for
 };
 
@@ -76,7 +77,7 @@ struct Slicing {
 /// the result records the source, the choices and the report.
 ///
 /// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an
-/// infinity, or no positive value at all; kDifference where a target cannot be reached; interrupted_error() where
+/// infinity, or no positive value at all; kDifference where a target cannot be reached, kUnsupported where no structure has a finite error; interrupted_error() where
 /// `progress` asked to stop.
 [[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
                                            const Progress& progress = {});

@@ -91,6 +91,39 @@ TEST(Convert, IsQuietOnStandardErrorInAPipe) {
   EXPECT_THAT(run.out, HasSubstr("50000 samples"));
 }
 
+/// A lobe so sharp that all held-back directions miss it.
+std::string sharp_lobe(const ScratchFolder& folder) {
+  write_bytes(folder / "sharp.json", bytes_of(R"({"name": "sharp", "k_d": [0, 0, 0], "lobes":
+      [{"k_s": [1, 1, 1], "f_0": 0.5, "m_x": 1e-6, "m_y": 1e-6, "alpha": 0}]})"));
+  return "kurt:" + (folder / "sharp.json");
+}
+
+TEST(Convert, SaysThatAllHeldBackValuesAreZeroInsteadOfAnErrorThatIsNoNumber) {
+  const ScratchFolder folder;
+  const std::string in = sharp_lobe(folder);
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--samples", "400", "--placement", "28/60"},
+        {"--samples", "400", "--frame", "half-difference", "--search-evaluations", "20"},
+        {"--samples", "400", "--search-evaluations", "20"}}) {
+    std::vector<std::string> arguments = {"convert", in, folder / "out.sbrdf"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProgramRun run = run_sbrdf(arguments);
+    EXPECT_THAT(run.out + run.err, testing::Not(testing::ContainsRegex("nan|inf %")));
+    EXPECT_THAT(run.out + run.err, testing::AnyOf(HasSubstr("the source is zero on all of these directions"),
+                                                  HasSubstr("held-back directions, where all values are zero")));
+    EXPECT_THAT(run.exit_code, testing::AnyOf(0, 4));
+  }
+}
+
+TEST(Convert, RefusesATargetWhereAllHeldBackValuesAreZero) {
+  const ScratchFolder folder;
+  const std::string in = sharp_lobe(folder);
+  for (const char* option : {"--target-mre", "--target-rel-l1"}) {
+    expect_failure(run_sbrdf({"convert", in, folder / "out.sbrdf", option, "3"}), 5, in,
+                   "the source is zero on all 12000 held-back directions");
+  }
+}
+
 TEST(Convert, RefusesFewerSamplesThanCrossings) {
   const ScratchFolder folder;
   const std::string out = folder / "out.sbrdf";
