@@ -88,11 +88,12 @@ class Search {
     structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
     error_ = *best;
     report_frames();
-    while (tried_ < options_.evaluations && improve()) {
+    while (!options_.starts_only && tried_ < options_.evaluations && improve()) {
       if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
     }
     if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
-    reason(describe(structure_) + ", after " + std::to_string(tried_) + " structures tried", error_);
+    const std::string tried = std::to_string(tried_) + (tried_ == 1 ? " structure" : " structures");
+    reason(describe(structure_) + ", after " + tried + " tried", error_);
     return SearchResult{structure_, error_, std::move(reasons_)};
   }
 
@@ -110,26 +111,32 @@ class Search {
       if (options_.objective == Objective::kMre) seed.value_exponent = 0;
       if (options_.objective == Objective::kRelL1) seed.value_exponent = 1;
     }
-    return keep_fitting(std::move(all));
+    return keep_fitting(all);
   }
 
   // Seeds with hardly any crossings for the budget lead nowhere; those with too many do not fit. The densest third of
-  // the fitting ones of each frame stay, which saves most of the time.
-  [[nodiscard]] std::vector<Structure> keep_fitting(std::vector<Structure> all) const {
+  // the fitting ones of each frame stay, which saves most of the time; fewer where fewer are to be tried.
+  [[nodiscard]] std::vector<Structure> keep_fitting(const std::vector<Structure>& all) const {
+    std::array<std::vector<Structure>, 2> kept = {densest_third(all, FrameId::kElevation),
+                                                  densest_third(all, FrameId::kHalfDifference)};
+    while (kept[0].size() + kept[1].size() > options_.evaluations)
+      kept[kept[0].size() < kept[1].size() ? 1 : 0].pop_back();
+    kept[0].insert(kept[0].end(), kept[1].begin(), kept[1].end());
+    return std::move(kept[0]);
+  }
+
+  [[nodiscard]] std::vector<Structure> densest_third(const std::vector<Structure>& all, FrameId id) const {
     std::vector<std::pair<std::size_t, std::size_t>> counts;
-    std::vector<Structure> kept;
-    for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
-      counts.clear();
-      for (std::size_t k = 0; k < all.size(); ++k) {
-        if (all[k].outline.id != id) continue;
-        const Result<Lattice> lattice = build_lattice(expand_outline(all[k].outline));
-        if (!lattice || !fits(lattice->crossings.size())) continue;
-        counts.emplace_back(lattice->crossings.size(), k);
-      }
-      std::sort(counts.rbegin(), counts.rend());
-      const std::size_t keep = std::max<std::size_t>(std::min<std::size_t>(8, counts.size()), counts.size() / 3);
-      for (std::size_t k = 0; k < keep; ++k) kept.push_back(all[counts[k].second]);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (all[k].outline.id != id) continue;
+      const Result<Lattice> lattice = build_lattice(expand_outline(all[k].outline));
+      if (!lattice || !fits(lattice->crossings.size())) continue;
+      counts.emplace_back(lattice->crossings.size(), k);
     }
+    std::sort(counts.rbegin(), counts.rend());
+    const std::size_t keep = std::max<std::size_t>(std::min<std::size_t>(8, counts.size()), counts.size() / 3);
+    std::vector<Structure> kept;
+    for (std::size_t k = 0; k < keep; ++k) kept.push_back(all[counts[k].second]);
     return kept;
   }
 

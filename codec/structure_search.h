@@ -35,8 +35,11 @@ struct SearchOptions {
   std::optional<DomainKind> domain;
   Symmetries symmetries;
   Objective objective = Objective::kBoth;
-  SamplingOptions sampling;       ///< count, refinement and minimum gap; the rest comes from the structure
-  std::size_t evaluations = 200;  ///< how many structures are tried, about
+  SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
+  /// How many structures are tried, 1 or more: no more starts than this, and rounds of moves (some fifty each) for as
+  /// long as fewer were tried; a round is finished.
+  std::size_t evaluations = 200;
+  bool starts_only = false;  ///< no moves
   /// Called between rounds with the fraction done; false asks to stop.
   std::function<bool(double)> progress;
 };
@@ -47,7 +50,7 @@ struct SearchResult {
   std::vector<std::string> reasons;  ///< for people: what was tried and how far it came, a line each
 };
 
-/// Finds the structure with the least error on `held_back` within the sample budget: seeds of both frames, then moves
+/// Finds the structure with the least error on `held_back` within the sample budget: starts of both frames, then moves
 /// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure`
 /// is called from several threads at once. The same result for any number of threads. kUsage where no structure fits
 /// the budget, kUnsupported where all errors are infinite.

@@ -97,6 +97,9 @@ class Slicer {
   }
 
  private:
+  /// Of a search: the starts suffice to tell how many samples it will take.
+  enum class Effort : std::uint8_t { kStarts, kFull };
+
   Status check_options() const {
     const auto usage = [](const std::string& what) { return Error{ErrorCode::kUsage, what, {}}; };
     if (options_.sample_count > kMaxSampleCount) return usage("at most 1,000,000 samples can be asked for");
@@ -109,6 +112,7 @@ class Slicer {
     for (const auto& target : {options_.target_mre_percent, options_.target_rel_l1_percent}) {
       if (target && !(*target > 0 && std::isfinite(*target))) return usage("a target must be above 0 %");
     }
+    if (options_.search_evaluations == 0) return usage("a search must try one structure or more");
     const double gap = sampling(0).minimum_gap_deg;
     if (!(gap >= 0.01 && gap <= 90)) return usage("the minimum gap must be in [0.01, 90] degrees");
     return ok_status();
@@ -140,11 +144,11 @@ class Slicer {
   Result<Slicing> by_stop_rule() {
     if (options_.target_mre_percent || options_.target_rel_l1_percent) return fewest_samples();
     if (options_.max_bytes) return most_samples();
-    return at_count(options_.sample_count, options_.search_evaluations);
+    return at_count(options_.sample_count, Effort::kFull);
   }
 
   // The samples of a fixed placement, or of the best structure that a search finds.
-  Result<Slicing> at_count(std::uint64_t count, std::size_t evaluations) {
+  Result<Slicing> at_count(std::uint64_t count, Effort effort) {
     if (options_.placement) {
       Result<FrameSpec> spec =
           elevation_frame(options_.placement->elevation_step_deg, options_.placement->azimuth_step_deg, symmetries_);
@@ -157,7 +161,8 @@ class Slicer {
     search.symmetries = symmetries_;
     search.objective = objective();
     search.sampling = sampling(count);
-    search.evaluations = evaluations;
+    search.evaluations = options_.search_evaluations;
+    search.starts_only = effort == Effort::kStarts;
     search.progress = progress_.report;
     Result<SearchResult> found = search_structure(
         source_.traits().channels, [&](auto pairs, auto values) { return evaluate_checked(measured_, pairs, values); },
@@ -169,7 +174,7 @@ class Slicer {
   }
 
   Result<Slicing> resample(std::uint64_t count) {
-    if (options_.placement) return at_count(count, 0);
+    if (options_.placement) return at_count(count, Effort::kStarts);
     return sample(expand_outline(structure_.outline), sampling_for(structure_, sampling(count)));
   }
 
@@ -204,7 +209,7 @@ class Slicer {
     const double target = options_.target_mre_percent.value_or(options_.target_rel_l1_percent.value_or(0));
     std::uint64_t enough = kFewestSamples;
     const auto reaches = [&](std::uint64_t count) -> Result<bool> {
-      Result<Slicing> slicing = at_count(count, 0);
+      Result<Slicing> slicing = at_count(count, Effort::kStarts);
       if (!slicing && slicing.error().code == ErrorCode::kUsage) return false;  // too few for the placement
       if (!slicing) return slicing.error();
       return error_of(*slicing, choice_) <= target;
@@ -229,7 +234,7 @@ class Slicer {
 
   // The full search at that count, and more samples for as long as fresh directions say that the target is missed.
   Result<Slicing> verified_from(std::uint64_t count, double target) {
-    Result<Slicing> slicing = at_count(count, options_.search_evaluations);
+    Result<Slicing> slicing = at_count(count, Effort::kFull);
     while (slicing && error_of(*slicing, report_) > target) {
       count += count / 16 + 1;
       if (count > kMaxSampleCount) {
@@ -244,17 +249,17 @@ class Slicer {
     const std::uint64_t limit = *options_.max_bytes;
     std::uint64_t few = kFewestSamples;
     std::uint64_t many = std::min<std::uint64_t>(kMaxSampleCount, std::max<std::uint64_t>(limit, kFewestSamples));
-    Result<Slicing> best = at_count(few, 0);
+    Result<Slicing> best = at_count(few, Effort::kStarts);
     if (!best) return best.error();
     if (size_of(*best) > limit) return too_small(size_of(*best));
     while (many - few > std::max<std::uint64_t>(1, few / 50)) {
       const std::uint64_t middle = (few + many) / 2;
-      Result<Slicing> slicing = at_count(middle, 0);
+      Result<Slicing> slicing = at_count(middle, Effort::kStarts);
       if (!slicing) return slicing.error();
       (size_of(*slicing) <= limit ? few : many) = middle;
     }
     for (std::uint64_t count = few; count >= kFewestSamples; count -= count / 50 + 1) {
-      best = count == few ? at_count(count, options_.search_evaluations) : resample(count);
+      best = count == few ? at_count(count, Effort::kFull) : resample(count);
       if (!best || size_of(*best) <= limit) return best;
     }
     return too_small(size_of(*best));

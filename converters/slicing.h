@@ -45,7 +45,7 @@ struct SliceOptions {
   Refinement refinement = Refinement::kTrue;
   std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kMeasured (the paper's), 0.1 for kTrue
   bool use_mirrors = true;                ///< look for mirror symmetries of the source and use those that hold exactly
-  std::size_t search_evaluations = kDefaultSearchEvaluations;
+  std::size_t search_evaluations = kDefaultSearchEvaluations;  ///< see SearchOptions::evaluations
 
   // Stop rules: at most one target.
   std::uint64_t sample_count = kDefaultSampleCount;  ///< of no meaning where a target or max_bytes is given
@@ -64,7 +64,7 @@ struct SliceReport {
   HeldBackError error;  ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
   bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
-  std::vector<std::string> reasons;  ///< why this structure, where one was searched for
+  std::vector<std::string> reasons;    ///< why this structure, where one was searched for
 };
 
 struct Slicing {
@@ -77,8 +77,8 @@ struct Slicing {
 /// the result records the source, the choices and the report.
 ///
 /// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an
-/// infinity, or no positive value at all; kDifference where a target cannot be reached, kUnsupported where no structure has a finite error; interrupted_error() where
-/// `progress` asked to stop.
+/// infinity, or no positive value at all; kDifference where a target cannot be reached, kUnsupported where no structure
+/// has a finite error; interrupted_error() where `progress` asked to stop.
 [[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
                                            const Progress& progress = {});
 

@@ -25,7 +25,7 @@ std::unique_ptr<BrdfSource> shiny_isotropic() {
 SliceOptions quick(std::uint64_t samples) {
   SliceOptions options;
   options.sample_count = samples;
-  options.search_evaluations = 1;
+  options.search_evaluations = 20;
   return options;
 }
 
@@ -83,6 +83,18 @@ TEST(StructureSearch, BeatsTheTableOfThePaper) {
   paper.sample_count = 400;
   EXPECT_LT(rel_l1(*fabric, slice_source(*fabric, quick(400)).value()),
             0.7 * rel_l1(*fabric, slice_source(*fabric, paper).value()));
+}
+
+TEST(StructureSearch, TriesNoMoreStartsThanAskedFor) {
+  const auto source = shiny_isotropic();
+  for (const auto& [evaluations, tried] : {std::pair{1, "after 1 structure tried"}, {5, "after 5 structures tried"}}) {
+    SliceOptions options = quick(300);
+    options.search_evaluations = static_cast<std::size_t>(evaluations);
+    EXPECT_THAT(slice_source(*source, options).value().report.reasons.back(), HasSubstr(tried));
+  }
+  SliceOptions none = quick(300);
+  none.search_evaluations = 0;
+  EXPECT_EQ(slice_source(*source, none).error().code, ErrorCode::kUsage);
 }
 
 TEST(StructureSearch, GivesTheSameBytesOnAnyNumberOfThreads) {

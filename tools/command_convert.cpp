@@ -178,7 +178,7 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
                   "Samples are not set closer than this, in degrees; 0.1, or 1 with --refine measured"));
   mark(add_count(command, "--search-evaluations", slices.search_evaluations, {1, 100'000},
-                 "About how many structures a search tries"));
+                 "Structures a search tries; the round of some fifty in which it gets there is finished"));
   mark(command.add_flag("--no-mirrors", options.no_mirrors, "Do not use mirror symmetries of the source"));
 }
 
