@@ -184,6 +184,41 @@ TEST(Convert, RefusesWrongUsage) {
   EXPECT_THAT(folder.entries(), IsEmpty());
 }
 
+TEST(Convert, RefusesOptionsOfWhichOneWouldHaveNoEffectAndNamesBoth) {
+  const ScratchFolder folder;
+  const std::vector<std::vector<std::string>> wrong = {
+      {"--samples", "500", "--target-mre", "3"},
+      {"--target-rel-l1", "3", "--samples", "500"},
+      {"--samples", "500", "--max-bytes", "9000"},
+      {"--target-mre", "3", "--target-rel-l1", "3"},
+      {"--target-mre", "3", "--max-bytes", "9000"},
+      {"--max-bytes", "9000", "--target-rel-l1", "3"},
+      {"--placement", "14/36", "--search-evaluations", "10"},
+      {"--placement", "paper", "--search-evaluations", "10"},
+      {"--frame", "elevation", "--search-evaluations", "10"},
+      {"--placement", "14/36", "--frame", "half-difference"},
+      {"--frame", "half-difference", "--placement", "paper"},
+  };
+  for (const auto& options : wrong) {
+    std::vector<std::string> arguments = {"convert", "kurt:wood01", folder / "out.sbrdf"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProgramRun run = run_sbrdf(arguments);
+    EXPECT_EQ(run.exit_code, 1) << testing::PrintToString(options) << run.err;
+    EXPECT_THAT(run.err, HasSubstr(options[0]));
+    EXPECT_THAT(run.err, HasSubstr(options[2]));
+    EXPECT_THAT(run.err, testing::EndsWith("see 'sbrdf convert --help'\n"));
+  }
+  EXPECT_THAT(folder.entries(), IsEmpty());
+}
+
+TEST(Convert, SearchesInTheElevationFrameWhereASearchIsAskedFor) {
+  const ScratchFolder folder;
+  const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", folder / "out.sbrdf", "--frame", "elevation",
+                                    "--placement", "search", "--search-evaluations", "2", "--samples", "400"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("after 2 structures tried"));
+}
+
 TEST(Convert, SaysThatATargetMustBeGreaterThanZero) {
   const ScratchFolder folder;
   for (const char* option : {"--target-mre", "--target-rel-l1"}) {

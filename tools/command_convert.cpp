@@ -29,7 +29,8 @@ struct ConvertOptions {
   std::string placement = "auto";
   std::string refine = "true";
   bool no_mirrors = false;
-  bool slicing_given = false;  ///< any of the options that only sliced files have
+  bool slicing_given = false;      ///< any of the options that only sliced files have
+  bool evaluations_given = false;  ///< --search-evaluations
   bool json = false;
 };
 
@@ -56,6 +57,25 @@ void parse_steps(const std::string& text, Placement& placement) {
         "'" + text + "' is neither auto, search, paper, nor two positive numbers of degrees such as 14/36");
   }
   placement = {*elevation, *azimuth};
+}
+
+// An option without effect is a misunderstanding. Those that exclude each other whatever their values: see
+// add_slicing_options.
+void refuse_contradictions(const ConvertOptions& options) {
+  const bool given = options.placement != "auto" && options.placement != "search";
+  if (given && options.frame == "half-difference") {
+    throw CLI::ValidationError(
+        "--placement", "'" + options.placement + "' is one of the elevation frame, not of --frame half-difference");
+  }
+  if (!options.evaluations_given) return;
+  if (given) {
+    throw CLI::ValidationError("--search-evaluations", "nothing is searched for with --placement " + options.placement);
+  }
+  if (options.placement == "auto" && options.frame == "elevation") {
+    throw CLI::ValidationError(
+        "--search-evaluations",
+        "nothing is searched for with --frame elevation unless --placement search is given, too");
+  }
 }
 
 // With the elevation frame asked for by name, "auto" is the paper's own rule, too.
@@ -149,20 +169,23 @@ int run_convert(const ConvertOptions& options) {
 void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   SliceOptions& slices = options.slices;
   const auto mark = [&options](CLI::Option* option) {
-    option->group("For .sbrdf files")->each([&options](const std::string&) { options.slicing_given = true; });
+    return option->group("For .sbrdf files")->each([&options](const std::string&) { options.slicing_given = true; });
   };
   const auto choice = [&](const char* flag, std::string& value, const std::vector<std::string>& names,
                           const char* help) {
     mark(command.add_option(flag, value, help)->check(CLI::IsMember(names))->type_name("NAME")->capture_default_str());
   };
-  mark(add_count(command, "--samples", slices.sample_count, {1, kMaxSampleCount},
-                 "Directions sampled, crossings included"));
-  mark(add_number(command, "--target-mre", slices.target_mre_percent, kTarget, "PERCENT",
-                  "Instead of --samples: as few as reach this mean relative error"));
-  mark(add_number(command, "--target-rel-l1", slices.target_rel_l1_percent, kTarget, "PERCENT",
-                  "Instead of --samples: as few as reach this relative L1 error"));
-  mark(add_count(command, "--max-bytes", slices.max_bytes, {1, kMostBytes},
-                 "Instead of --samples: as many as fit a file of this size"));
+  auto* samples = mark(add_count(command, "--samples", slices.sample_count, {1, kMaxSampleCount},
+                                 "Directions sampled, crossings included"));
+  auto* mre = mark(add_number(command, "--target-mre", slices.target_mre_percent, kTarget, "PERCENT",
+                              "Instead of --samples: as few as reach this mean relative error"));
+  auto* rel_l1 = mark(add_number(command, "--target-rel-l1", slices.target_rel_l1_percent, kTarget, "PERCENT",
+                                 "Instead of --samples: as few as reach this relative L1 error"));
+  auto* bytes = mark(add_count(command, "--max-bytes", slices.max_bytes, {1, kMostBytes},
+                               "Instead of --samples: as many as fit a file of this size"));
+  samples->excludes(mre, rel_l1, bytes);
+  mre->excludes(rel_l1, bytes);
+  rel_l1->excludes(bytes);
   choice("--frame", options.frame, {"auto", "elevation", "half-difference"}, "Coordinates of the slices");
   choice("--domain", options.domain, {"auto", "linear", "log"}, "Interpolate the values or their logarithms");
   mark(
@@ -178,8 +201,10 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
                   "Samples are not set closer than this, in degrees; 0.1, or 1 with --refine measured"));
   mark(add_count(command, "--search-evaluations", slices.search_evaluations, {1, 100'000},
-                 "Structures a search tries; the round of some fifty in which it gets there is finished"));
-  mark(command.add_flag("--no-mirrors", options.no_mirrors, "Do not use mirror symmetries of the source"));
+                 "Structures a search tries; the round of some fifty in which it gets there is finished"))
+      ->each([&options](const std::string&) { options.evaluations_given = true; });
+  mark(command.add_flag("--no-mirrors", options.no_mirrors,
+                        "Do not use mirror symmetries of the source; a placement by steps never does"));
 }
 
 }  // namespace
@@ -199,6 +224,7 @@ void add_convert(CLI::App& program, int& exit_code) {
       "  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911 --placement 14/36 --domain linear --refine "
       "measured");
   command->callback([options, &exit_code] {
+    refuse_contradictions(*options);
     settle_choices(*options);
     exit_code = run_convert(*options);
   });
