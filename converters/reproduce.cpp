@@ -76,11 +76,17 @@ double least_error(const std::vector<double>& errors) {
   return least;
 }
 
+/// Random pairs of the 2-degree grid, with the values of a source.
+struct GridSample {
+  std::vector<DirectionPair> pairs;
+  std::vector<float> values;  ///< f_r, channel fastest
+};
+
 /// The error of every material and placement at one sample count.
 class PlacementGrid {
  public:
   PlacementGrid(const PlacementOptions& options, const std::vector<std::unique_ptr<BrdfSource>>& sources,
-                const std::vector<HeldBack>& grids, const std::vector<Lattice>& lattices)
+                const std::vector<GridSample>& grids, const std::vector<Lattice>& lattices)
       : options_(options), sources_(sources), grids_(grids), lattices_(lattices) {}
 
   [[nodiscard]] Result<PlacementRow> at(std::uint64_t samples) const {
@@ -121,17 +127,14 @@ class PlacementGrid {
                   : std::numeric_limits<double>::quiet_NaN();
   }
 
-  [[nodiscard]] static double mean_relative_error(const Evaluator& evaluator, const HeldBack& grid) {
+  [[nodiscard]] static double mean_relative_error(const Evaluator& evaluator, const GridSample& grid) {
     std::vector<float> values(evaluator.channel_count());
-    double sum = 0;
+    ErrorSums sums;
     for (std::size_t k = 0; k < grid.pairs.size(); ++k) {
       evaluator.evaluate(grid.pairs[k], values);
-      for (std::size_t c = 0; c < values.size(); ++c) {
-        const double f = grid.values[k * values.size() + c];
-        sum += std::abs(values[c] - f) / f;
-      }
+      for (std::size_t c = 0; c < values.size(); ++c) sums.add(grid.values[k * values.size() + c], values[c], 0);
     }
-    return 100 * sum / static_cast<double>(grid.values.size());
+    return sums.summary().mre_percent;
   }
 
   // Equation 1: the least sum over the materials of the error against each material's own best.
@@ -153,25 +156,26 @@ class PlacementGrid {
 
   const PlacementOptions& options_;
   const std::vector<std::unique_ptr<BrdfSource>>& sources_;
-  const std::vector<HeldBack>& grids_;
+  const std::vector<GridSample>& grids_;
   const std::vector<Lattice>& lattices_;
 };
 
-// Random pairs of the 2-degree grid, all of one weight.
-HeldBack draw_grid(const BrdfSource& source, const PlacementOptions& options) {
-  HeldBack grid;
+GridSample draw_grid(const BrdfSource& source, const PlacementOptions& options) {
+  const CompareOptions paper;
+  const DirectionGrid all(paper.step_deg, paper.theta_max_deg, false);
+  GridSample grid;
   std::uint64_t state = options.seed;
   const auto draw = [&](std::uint64_t count) {  // splitmix64
     std::uint64_t z = (state += 0x9E3779B97F4A7C15ULL);
     z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
     z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return static_cast<double>(2 * ((z ^ (z >> 31U)) % count));
+    return (z ^ (z >> 31U)) % count;
   };
   for (std::uint64_t k = 0; k < options.random_count; ++k) {
-    const double theta_i = draw(41);
-    const double phi_i = draw(180);
-    const double theta_v = draw(41);
-    grid.pairs.push_back({direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, draw(180))});
+    const std::uint64_t theta_i = draw(all.theta_count());
+    const std::uint64_t phi_i = draw(all.phi_count());
+    const std::uint64_t theta_v = draw(all.theta_count());
+    grid.pairs.push_back(all.at(theta_i, phi_i, theta_v, draw(all.phi_count())));
   }
   grid.values.resize(grid.pairs.size() * source.channel_count());
   source.evaluate(grid.pairs, grid.values);
@@ -227,7 +231,7 @@ double mean_ratio_to_paper(std::span<const AccuracyRow> rows, std::uint64_t samp
 Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, const Progress& progress) {
   PlacementStudy study;
   std::vector<std::unique_ptr<BrdfSource>> sources;
-  std::vector<HeldBack> grids;
+  std::vector<GridSample> grids;
   for (const PaperRow& paper : kPaper) {
     Result<KurtModel> model = kurt_material(paper.material);
     if (!model) return model.error();
