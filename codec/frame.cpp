@@ -47,27 +47,10 @@ Status check_exchange(const Axis& axis) {
 
 }  // namespace
 
-std::int64_t node_units(double degrees) { return std::llround(degrees * kUnitsPerDegree); }
-
 double wrap_node(double angle_deg, double period_deg) {
   constexpr double kSnap = 1e-9;
   const double wrapped = wrap(angle_deg, period_deg);
   return period_deg - wrapped < kSnap ? 0.0 : wrapped;
-}
-
-bool stays_at_zero(const AffineLine& line, std::size_t axis) { return line.slope[axis] == 0 && line.offset[axis] == 0; }
-
-void drop_axis(AffineLine& line, std::size_t axis) {
-  line.offset[axis] = 0;
-  line.slope[axis] = 0;
-}
-
-AffineLine mirror_azimuths(AffineLine line, double axial_shift_deg) {
-  line.offset[kAxial] = axial_shift_deg - line.offset[kAxial];
-  line.slope[kAxial] = -line.slope[kAxial];
-  line.offset[kDiagonal] = -line.offset[kDiagonal];
-  line.slope[kDiagonal] = -line.slope[kDiagonal];
-  return line;
 }
 
 ServedRange served_range(std::span<const double> padded, double node_deg) {

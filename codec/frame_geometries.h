@@ -20,16 +20,31 @@ namespace sbrdf {
 
 inline constexpr double kUnitsPerDegree = 1e6;
 /// Coordinates that agree to 1e-6 degrees are the same node; whole numbers make them comparable and hashable.
-[[nodiscard]] std::int64_t node_units(double degrees);
+[[nodiscard]] inline std::int64_t node_units(double degrees) {
+  // Halves away from zero as std::llround, without the call: this is most of the work of building a lattice.
+  const double scaled = degrees * kUnitsPerDegree;
+  return static_cast<std::int64_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
+}
 
 /// wrap(), and 0 where rounding left the result just below the period: nodes come from decimal degrees and their sums.
 [[nodiscard]] double wrap_node(double angle_deg, double period_deg);
 /// This coordinate is 0 all along the line.
-[[nodiscard]] bool stays_at_zero(const AffineLine& line, std::size_t axis);
+[[nodiscard]] inline bool stays_at_zero(const AffineLine& line, std::size_t axis) {
+  return line.slope[axis] == 0 && line.offset[axis] == 0;
+}
 /// Takes a coordinate that does not matter out of a line.
-void drop_axis(AffineLine& line, std::size_t axis);
+inline void drop_axis(AffineLine& line, std::size_t axis) {
+  line.offset[axis] = 0;
+  line.slope[axis] = 0;
+}
 /// Mirrors the two azimuths: the axial one at shift / 2, the diagonal one at 0.
-[[nodiscard]] AffineLine mirror_azimuths(AffineLine line, double axial_shift_deg);
+[[nodiscard]] inline AffineLine mirror_azimuths(AffineLine line, double axial_shift_deg) {
+  line.offset[kAxial] = axial_shift_deg - line.offset[kAxial];
+  line.slope[kAxial] = -line.slope[kAxial];
+  line.offset[kDiagonal] = -line.offset[kDiagonal];
+  line.slope[kDiagonal] = -line.slope[kDiagonal];
+  return line;
+}
 
 /// From half way to the node before to half way to the node after.
 struct ServedRange {

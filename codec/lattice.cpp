@@ -14,7 +14,7 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::uint64_t kMaxPoints = 1ULL << 22U;
+constexpr std::uint64_t kMaxPoints = 1ULL << 21U;
 
 // Compared from the front: the moving axis, then theta_i before theta_v (elevation frame), so that of two reciprocal
 // twins the one with theta_i <= theta_v, and of two slices the horizontal one, is kept.
@@ -98,7 +98,7 @@ class Builder {
         padded.push_back(two_turns ? 2 * period : period);
       }
       points *= padded.size();
-      if (points > kMaxPoints) return Error{ErrorCode::kUnsupported, "frame: more than 2^22 lattice points", {}};
+      if (points > kMaxPoints) return Error{ErrorCode::kUnsupported, "frame: more than 2^21 lattice points", {}};
     }
     return ok_status();
   }

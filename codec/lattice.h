@@ -76,7 +76,7 @@ struct Lattice {
 };
 
 /// Refuses lists that break the rules at Axis, symmetries whose mirror planes hold no node, and lattices of more than
-/// 2^22 points.
+/// 2^21 points.
 [[nodiscard]] Result<Lattice> build_lattice(const FrameSpec& spec);
 
 /// Brings a position into [start, start + length], by period and reflection.

@@ -57,20 +57,13 @@ void GuideCurve<Real>::evaluate_at(double angle_deg, std::size_t channel, std::s
 template <class Real>
 ResidualMap<Real>::ResidualMap(const SlicedBrdf& sliced, const Lattice& lattice) : guided_(sliced.guide.has_value()) {
   const std::size_t channels = sliced.channel_count();
-  std::vector<float> largest(channels, 0);
-  std::vector<char> negative(channels, 0);
-  for (std::size_t c = 0; c < channels; ++c) maps_.emplace_back(sliced.domain, c);
-  for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
-    for (std::size_t k = 0; k < values->size(); ++k) {
-      const float value = (*values)[k];
-      largest[k % channels] = std::max(largest[k % channels], std::abs(value));
-      if (value < 0) negative[k % channels] = 1;
-    }
-  }
+  const std::vector<ValueRange> ranges = value_ranges(sliced);
   for (std::size_t c = 0; c < channels; ++c) {
-    const float most = std::min(largest[c], std::numeric_limits<float>::max() / kHeadroom) * kHeadroom;
+    maps_.emplace_back(sliced.domain, c);
+    const float largest = std::max(std::abs(ranges[c].least), std::abs(ranges[c].most));
+    const float most = std::min(largest, std::numeric_limits<float>::max() / kHeadroom) * kHeadroom;
     most_.push_back(static_cast<Real>(most));
-    least_.push_back(negative[c] != 0 ? -most_.back() : Real(0));
+    least_.push_back(ranges[c].least < 0 ? -most_.back() : Real(0));
   }
   if (guided_) guide_ = GuideCurve<Real>(*sliced.guide, lattice.nodes[kVertical], sliced.channel_count());
 }

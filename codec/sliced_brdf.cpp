@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "codec/chunk_layout.h"
 #include "codec/lattice.h"
 
 namespace sbrdf {
@@ -17,7 +18,10 @@ Status check_finite(std::span<const float> values, const char* name) {
 }
 
 Status check_sizes(const SlicedBrdf& sliced, const Lattice& lattice) {
-  if (sliced.channels.empty()) return invalid("no channel");
+  if (sliced.channels.empty() || sliced.channels.size() > kMaxChannels) {
+    return invalid(std::to_string(sliced.channels.size()) + " channels; 1 to 4096 can be stored");
+  }
+  if (sliced.metadata.size() > kMaxMetadataSize) return invalid("metadata of more than 2^24 bytes");
   const std::size_t channels = sliced.channel_count();
   if (sliced.crossing_values.size() != lattice.crossings.size() * channels) {
     return invalid("the frame has " + std::to_string(lattice.crossings.size()) + " crossings of " +
@@ -35,6 +39,17 @@ Status check_sizes(const SlicedBrdf& sliced, const Lattice& lattice) {
   return ok_status();
 }
 
+// Of the two ends of the gap that a sample halved, the one that is no further up the tree of halvings must be there; it
+// answers for the other.
+bool is_halving(std::span<const SamplePosition> on_slice, const SamplePosition& place) {
+  const int level = level_of(place.fraction);
+  if (level <= 1) return true;
+  const std::uint32_t half = SamplePosition::kOne >> static_cast<unsigned>(level);
+  const SamplePosition left = {place.interval, place.fraction - half};
+  const SamplePosition right = {place.interval, place.fraction + half};
+  return std::binary_search(on_slice.begin(), on_slice.end(), level_of(left.fraction) == level - 1 ? left : right);
+}
+
 Status check_positions(const SlicedBrdf& sliced, const Lattice& lattice) {
   std::uint64_t next = 0;
   for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
@@ -49,6 +64,13 @@ Status check_positions(const SlicedBrdf& sliced, const Lattice& lattice) {
                        ": position outside the slice or out of order");
       }
     }
+    const auto on_slice = std::span(sliced.positions).subspan(next, end - next);
+    for (const SamplePosition& position : on_slice) {
+      if (!is_halving(on_slice, position)) {
+        return invalid("slice " + std::to_string(k) + ": a sample at " + std::to_string(position.fraction) +
+                       "/65536 of its interval, but not at the half that it halves");
+      }
+    }
     next = end;
   }
   if (next != sliced.positions.size()) return invalid("more samples than the sample counts say");
@@ -57,7 +79,10 @@ Status check_positions(const SlicedBrdf& sliced, const Lattice& lattice) {
 
 Status check_domain(const SlicedBrdf& sliced) {
   const ValueDomain& domain = sliced.domain;
-  if (domain.kind == DomainKind::kLinear) return ok_status();
+  if (domain.kind == DomainKind::kLinear) {
+    if (domain.reference.empty() && domain.floor.empty()) return ok_status();
+    return invalid("the linear domain has neither references nor floors");
+  }
   if (domain.kind != DomainKind::kLog) return Error{ErrorCode::kUnsupported, "unknown value domain", {}};
   const auto positive = [](float v) { return std::isfinite(v) && v > 0; };
   const bool sized = domain.reference.size() == sliced.channel_count() && domain.floor.size() == sliced.channel_count();
@@ -81,8 +106,8 @@ Status check_guide(const SlicedBrdf& sliced, const Lattice& lattice) {
     if (place.fraction == 0) ++nodes;
     const bool inside = place.fraction < SamplePosition::kOne && place.interval + 1 == nodes &&
                         (place.fraction == 0 || nodes < lattice.nodes[kVertical].size());
-    if (!inside || (k > 0 && !(guide.places[k - 1] < place))) {
-      return invalid("the guide's sample " + std::to_string(k) + ": outside the axis or out of order");
+    if (!inside || (k > 0 && !(guide.places[k - 1] < place)) || !is_halving(guide.places, place)) {
+      return invalid("the guide's sample " + std::to_string(k) + ": outside the axis, out of order or no halving");
     }
   }
   if (nodes != lattice.nodes[kVertical].size() || guide.values.size() != guide.places.size() * sliced.channel_count()) {
@@ -101,6 +126,24 @@ double guide_angle_deg(double ratio, const Coordinates& x) {
   const double along_y = std::sin(phi_h) / std::max(1.0, ratio);
   const double theta_h = radians_from_degrees(x[kVertical]);
   return degrees_from_radians(std::atan2(std::sin(theta_h) * std::hypot(along_x, along_y), std::cos(theta_h)));
+}
+
+std::vector<ValueRange> value_ranges(const SlicedBrdf& sliced) {
+  if (!sliced.whole_ranges.empty()) return sliced.whole_ranges;
+  const std::size_t channels = sliced.channel_count();
+  std::vector<ValueRange> ranges(channels);
+  for (std::size_t c = 0; c < channels && c < sliced.crossing_values.size(); ++c) {
+    ranges[c] = {sliced.crossing_values[c], sliced.crossing_values[c]};
+  }
+  for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
+    for (std::size_t first = 0; first + channels <= values->size(); first += channels) {
+      for (std::size_t c = 0; c < channels; ++c) {
+        ranges[c].least = std::min(ranges[c].least, (*values)[first + c]);
+        ranges[c].most = std::max(ranges[c].most, (*values)[first + c]);
+      }
+    }
+  }
+  return ranges;
 }
 
 Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice) {

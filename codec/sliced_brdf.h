@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -38,6 +39,18 @@ struct Guide {
 /// The angle [degrees] over which a guide runs, at frame coordinates of the half/difference frame.
 [[nodiscard]] double guide_angle_deg(double ratio, const Coordinates& x);
 
+/// What a file can hold.
+inline constexpr std::size_t kMaxChannels = 4096;
+inline constexpr std::size_t kMaxMetadataSize = std::size_t{1} << 24U;
+
+/// Bounds of the values of one channel [1/sr].
+struct ValueRange {
+  float least = 0;
+  float most = 0;
+
+  bool operator==(const ValueRange&) const = default;
+};
+
 /// The content of a sliced file: measured values and where they lie. How crossings and slices are numbered follows from
 /// `frame` (see Lattice).
 struct SlicedBrdf {
@@ -50,6 +63,8 @@ struct SlicedBrdf {
   std::vector<SamplePosition> positions;     ///< slice by slice, rising on each
   std::vector<float> sample_values;          ///< f_r [1/sr] of the adaptive samples, channel fastest
   std::string metadata;                      ///< a JSON object; how the file came to be
+  /// Of all samples of the material, per channel. Only where this holds a part of them; empty: what is here is all.
+  std::vector<ValueRange> whole_ranges;
 
   [[nodiscard]] std::size_t channel_count() const { return channels.size(); }
   [[nodiscard]] std::size_t crossing_count() const { return crossing_values.size() / channels.size(); }
@@ -58,7 +73,11 @@ struct SlicedBrdf {
   [[nodiscard]] std::size_t sample_count() const { return crossing_count() + adaptive_count() + guide_count(); }
 };
 
-/// Checks that the arrays fit each other and the lattice, positions rise and stay inside, and values are finite.
+/// Per channel, crossings included: whole_ranges, or what the values here span.
+[[nodiscard]] std::vector<ValueRange> value_ranges(const SlicedBrdf& sliced);
+
+/// Checks that the arrays fit each other and the lattice, positions rise, stay inside and are
+/// halvings (of an interval, or of a half that a sample bounds), and values are finite.
 [[nodiscard]] Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice);
 
 }  // namespace sbrdf

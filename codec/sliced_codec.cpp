@@ -1,204 +1,464 @@
 #include "codec/sliced_codec.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
 
-#include "formats/core/byte_reader.h"
+#include "codec/guide_levels.h"
+#include "codec/level_scale.h"
+#include "codec/metadata.h"
+#include "codec/residual_map.h"
+#include "codec/sample_coder.h"
+#include "codec/sliced_index.h"
+#include "codec/sliced_reader.h"
 #include "formats/sbrdf/container.h"
 
 namespace sbrdf {
 namespace {
 
-constexpr std::size_t kMaxChannels = 4096;
+/// What a chunk holds, before the distributions are known.
+struct Event {
+  std::int64_t value = 0;  ///< a residual, or 0 and 1 for a flag
+  std::uint8_t context = 0;
+  bool flag = false;
+};
 
-template <class T>
-std::vector<std::byte> bytes_of(const std::vector<T>& values) {
-  const auto bytes = std::as_bytes(std::span(values));
-  return {bytes.begin(), bytes.end()};
-}
+/// The Io of code_sample for writing.
+class Recorder {
+ public:
+  static constexpr bool kDecodes = false;
 
-template <class T>
-Result<std::vector<T>> array_of(const Container& container, const char* name) {
-  const auto bytes = container.find(name);
-  if (bytes.size() % sizeof(T) != 0) {
-    return Error{ErrorCode::kInvalidFile, std::string("chunk ") + name + ": not a whole number of entries", {}};
+  explicit Recorder(std::vector<Event>& events) : events_(events) {}
+  void residual(unsigned context, std::int64_t& value) {
+    events_.push_back({value, static_cast<std::uint8_t>(context), false});
   }
-  std::vector<T> values(bytes.size() / sizeof(T));
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
-  return values;
-}
-
-enum SymmetryBits : std::uint8_t { kIsotropicBit = 1, kMirrorXBit = 2, kMirrorYBit = 4 };
-
-std::vector<std::byte> encode_frame(const FrameSpec& frame) {
-  ByteWriter out;
-  out.number(static_cast<std::uint8_t>(frame.id));
-  const Symmetries& symmetries = frame.symmetries;
-  out.number(static_cast<std::uint8_t>((symmetries.isotropic ? kIsotropicBit : 0) |
-                                       (symmetries.mirror_x ? kMirrorXBit : 0) |
-                                       (symmetries.mirror_y ? kMirrorYBit : 0)));
-  for (const Axis& axis : frame.axes) {
-    out.number(static_cast<std::uint16_t>(axis.nodes_deg.size()));
-    for (const double node : axis.nodes_deg) out.number(node);
+  void flag(unsigned context, bool& value) {
+    events_.push_back({value ? 1 : 0, static_cast<std::uint8_t>(context), true});
   }
-  return std::move(out).take();
+  [[nodiscard]] static std::int32_t level(std::int64_t level) { return static_cast<std::int32_t>(level); }
+  [[nodiscard]] static bool ok() { return true; }
+
+ private:
+  std::vector<Event>& events_;
+};
+
+/// The scale of a file, and what its values become.
+struct Scaled {
+  LevelScale scale;
+  std::vector<std::int32_t> crossing_levels;
+  std::vector<std::int32_t> sample_levels;
+  std::vector<float> crossing_values;
+  std::vector<float> sample_values;
+};
+
+// Levels and values of one list; false where a value is off by more than `bound`.
+bool apply_scale(const LevelScale& scale, double bound, const std::vector<float>& values,
+                 std::vector<std::int32_t>& levels, std::vector<float>& kept) {
+  levels.resize(values.size());
+  kept.resize(values.size());
+  bool within = true;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    levels[k] = scale.level(values[k]);
+    kept[k] = scale.value(levels[k]);
+    // Written so that an infinity is refused.
+    within = within &&
+             std::abs(static_cast<double>(kept[k]) - values[k]) <= bound * std::abs(static_cast<double>(values[k]));
+  }
+  return within;
 }
 
-Result<FrameSpec> decode_frame(std::span<const std::byte> bytes) {
-  ByteReader in(bytes);
-  FrameSpec frame;
-  frame.id = static_cast<FrameId>(in.u8());
-  const std::uint8_t bits = in.u8();
-  frame.symmetries = {(bits & kIsotropicBit) != 0, (bits & kMirrorXBit) != 0, (bits & kMirrorYBit) != 0};
-  const FrameGeometry* known = find_geometry(frame.id);
-  if (!in.ok() || known == nullptr || bits > (kIsotropicBit | kMirrorXBit | kMirrorYBit)) {
-    return Error{ErrorCode::kUnsupported, "chunk FRAM: unknown frame or symmetry", {}};
+Scaled scale_values(const SlicedBrdf& sliced, double precision) {
+  Scaled scaled;
+  if (precision > 0) {
+    scaled.scale = LevelScale(precision);
+    std::vector<float> smallest;
+    for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
+      float least = std::numeric_limits<float>::max();
+      for (const float v : *values) least = v != 0 ? std::min(least, std::abs(v)) : least;
+      smallest.push_back(least);
+    }
+    scaled.scale.begin_at_smallest(smallest);
+    if (apply_scale(scaled.scale, precision, sliced.crossing_values, scaled.crossing_levels, scaled.crossing_values) &&
+        apply_scale(scaled.scale, precision, sliced.sample_values, scaled.sample_levels, scaled.sample_values)) {
+      return scaled;
+    }
+    scaled.scale = LevelScale();
   }
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    frame.axes[axis].name = known->axis_names()[axis];
-    const std::uint16_t count = in.u16();
-    for (std::uint16_t k = 0; k < count && in.ok(); ++k) frame.axes[axis].nodes_deg.push_back(in.f64());
-  }
-  if (!in.ok() || in.remaining() != 0) return Error{ErrorCode::kInvalidFile, "chunk FRAM: wrong size", {}};
-  return frame;
+  apply_scale(scaled.scale, 0, sliced.crossing_values, scaled.crossing_levels, scaled.crossing_values);
+  apply_scale(scaled.scale, 0, sliced.sample_values, scaled.sample_levels, scaled.sample_values);
+  return scaled;
 }
 
-std::vector<std::byte> encode_values(const SlicedBrdf& sliced) {
-  ByteWriter out;
-  out.number(static_cast<std::uint8_t>(sliced.domain.kind));
-  out.number(static_cast<std::uint16_t>(sliced.channel_count()));
-  for (const std::string& name : sliced.channels) {
-    out.number(static_cast<std::uint16_t>(name.size()));
-    out.text(name);
-  }
-  for (const float v : sliced.domain.reference) out.number(v);
-  for (const float v : sliced.domain.floor) out.number(v);
-  return std::move(out).take();
-}
+using Histograms = std::array<std::array<std::uint32_t, Token::kCount>, CodingContext::kResidualCount>;
 
-Status decode_values(std::span<const std::byte> bytes, SlicedBrdf& sliced) {
-  ByteReader in(bytes);
-  sliced.domain.kind = static_cast<DomainKind>(in.u8());
-  const std::uint16_t channels = in.u16();
-  if (channels == 0 || channels > kMaxChannels) {
-    return Error{ErrorCode::kInvalidFile, "chunk VALU: " + std::to_string(channels) + " channels", {}};
+// Cost of every token under every distribution of the family, made once for each number of tokens.
+class FamilyCosts {
+ public:
+  explicit FamilyCosts(unsigned token_count) {
+    for (unsigned number = 0; number < Distribution::kFamilySize; ++number) {
+      const Distribution distribution = make_distribution(number, token_count);
+      for (unsigned t = 0; t < token_count; ++t) cost_[number][t] = cost_256(distribution.frequency[t]);
+    }
   }
-  for (std::uint16_t c = 0; c < channels && in.ok(); ++c) sliced.channels.push_back(in.text(in.u16()));
-  if (sliced.domain.kind == DomainKind::kLog) {
-    for (std::uint16_t c = 0; c < channels; ++c) sliced.domain.reference.push_back(in.number<float>());
-    for (std::uint16_t c = 0; c < channels; ++c) sliced.domain.floor.push_back(in.number<float>());
+
+  struct Choice {
+    std::uint8_t number = 0;
+    std::uint64_t cost = std::numeric_limits<std::uint64_t>::max();
+  };
+  [[nodiscard]] Choice cheapest(const std::array<std::uint32_t, Token::kCount>& histogram, unsigned token_count) const {
+    std::array<unsigned, Token::kCount> used{};
+    std::size_t used_count = 0;
+    for (unsigned t = 0; t < token_count; ++t) {
+      if (histogram[t] != 0) used[used_count++] = t;
+    }
+    Choice best;
+    for (unsigned number = 0; number < Distribution::kFamilySize; ++number) {
+      std::uint64_t cost = 0;
+      for (std::size_t k = 0; k < used_count; ++k) cost += std::uint64_t{histogram[used[k]]} * cost_[number][used[k]];
+      if (cost < best.cost) best = {static_cast<std::uint8_t>(number), cost};
+    }
+    return best;
   }
-  if (!in.ok() || in.remaining() != 0) return Error{ErrorCode::kInvalidFile, "chunk VALU: wrong size", {}};
-  return ok_status();
-}
 
-// Fractions are 16 bits wide, intervals of a slice fewer than 2^16: two planes of halves pack better than pairs.
-std::vector<std::uint16_t> split_positions(const std::vector<SamplePosition>& positions) {
-  std::vector<std::uint16_t> planes(2 * positions.size());
-  for (std::size_t k = 0; k < positions.size(); ++k) {
-    planes[k] = static_cast<std::uint16_t>(positions[k].interval);
-    planes[positions.size() + k] = static_cast<std::uint16_t>(positions[k].fraction);
+ private:
+  std::array<std::array<std::uint32_t, Token::kCount>, Distribution::kFamilySize> cost_{};
+};
+
+class Encoder {
+ public:
+  Encoder(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options)
+      : sliced_(sliced), lattice_(lattice), channels_(sliced.channel_count()) {
+    index_.frame = sliced.frame;
+    index_.domain = sliced.domain;
+    index_.channels = sliced.channels;
+    index_.adaptive_count = static_cast<std::uint32_t>(sliced.adaptive_count());
+    index_.metadata_size = static_cast<std::uint32_t>(sliced.metadata.size());
+    const bool split = options.chunks == ChunkSize::kSplit ||
+                       (options.chunks == ChunkSize::kAuto && sliced.sample_count() >= kSplitFrom);
+    index_.layout = split ? split_layout(lattice_, sliced.sample_count()) : whole_layout();
+    blocks_ = make_blocks(lattice_, index_.layout);
+    plan_ = plan_crossings(lattice_, blocks_);
+    for (const std::uint32_t count : sliced.sample_counts) first_sample_.push_back(first_sample_.back() + count);
+    make_levels(options.precision);
   }
-  return planes;
-}
 
-std::vector<SamplePosition> join_positions(const std::vector<std::uint16_t>& planes) {
-  const std::size_t count = planes.size() / 2;
-  std::vector<SamplePosition> positions;
-  for (std::size_t k = 0; k < count; ++k) positions.push_back({planes[k], planes[count + k]});
-  return positions;
-}
-
-std::vector<std::byte> encode_guide(const Guide& guide) {
-  ByteWriter out;
-  out.number(guide.ratio);
-  out.number(static_cast<std::uint32_t>(guide.places.size()));
-  const std::vector<std::uint16_t> planes = split_positions(guide.places);
-  out.bytes(std::as_bytes(std::span(planes)));
-  out.bytes(std::as_bytes(std::span(guide.values)));
-  return std::move(out).take();
-}
-
-Result<Guide> decode_guide(std::span<const std::byte> bytes, std::size_t channels) {
-  ByteReader in(bytes);
-  Guide guide;
-  guide.ratio = in.f64();
-  const std::uint64_t count = in.u32();
-  if (!in.ok() || in.remaining() != count * (2 * sizeof(std::uint16_t) + channels * sizeof(float))) {
-    return Error{ErrorCode::kInvalidFile, "chunk GUID: wrong size", {}};
+  std::vector<std::byte> run() {
+    choose_parameters();
+    std::vector<std::vector<Event>> events = record_all();
+    choose_distributions(events);
+    std::vector<std::byte> chunks;
+    const auto append = [&](std::span<const std::byte> payload) {
+      const std::size_t before = chunks.size();
+      append_chunk(chunks, payload);
+      index_.chunk_sizes.push_back(static_cast<std::uint32_t>(chunks.size() - before));
+    };
+    append(packed_metadata());
+    for (const std::vector<Event>& chunk : events) append(encode(chunk));
+    return emit_container(emit_index(index_), chunks);
   }
-  std::vector<std::uint16_t> planes(2 * count);
-  for (std::uint16_t& half : planes) half = in.u16();
-  guide.places = join_positions(planes);
-  guide.values.resize(count * channels);
-  for (float& value : guide.values) value = in.number<float>();
-  return guide;
-}
 
-// Away from the poles at most eight lattice points are one crossing. Keeps a small file from asking for a huge lattice.
-double least_crossing_count(const FrameSpec& frame) {
-  double count = 1.0 / 8;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    const std::size_t nodes = frame.axes[axis].nodes_deg.size();
-    if (nodes > 0) count *= static_cast<double>(axis <= kDiagonal ? nodes : nodes - 1);
+  CodingCost cost() {
+    choose_parameters();
+    const std::vector<std::vector<Event>> events = record_all();
+    choose_distributions(events);
+    std::map<std::pair<bool, unsigned>, std::map<std::int64_t, double>> counts;
+    CodingCost cost;
+    double bits = 0;
+    for (const std::vector<Event>& chunk : events) {
+      cost.stream_bytes += encode(chunk).size();
+      for (const Event& event : chunk) {
+        const Token token = token_of(event.value);
+        ++counts[{event.flag, event.context}][event.flag ? event.value : token.index];
+        bits += event.flag ? 0 : token.bit_count;
+      }
+    }
+    for (const auto& [context, symbols] : counts) {
+      double total = 0;
+      for (const auto& [symbol, count] : symbols) total += count;
+      for (const auto& [symbol, count] : symbols) bits += count * std::log2(total / count);
+    }
+    cost.entropy_bytes = bits / 8;
+    return cost;
   }
-  return count;
-}
+
+ private:
+  void make_levels(double precision) {
+    Scaled scaled = scale_values(sliced_, precision);
+    index_.scale = scaled.scale;
+    crossing_levels_ = std::move(scaled.crossing_levels);
+    sample_levels_ = std::move(scaled.sample_levels);
+    SlicedBrdf kept;  // as it will come back
+    kept.channels = sliced_.channels;
+    kept.crossing_values = std::move(scaled.crossing_values);
+    kept.sample_values = std::move(scaled.sample_values);
+    index_.ranges = value_ranges(kept);
+    if (sliced_.guide) {
+      index_.guided = true;
+      index_.guide_ratio = sliced_.guide->ratio;
+      index_.guide_count = static_cast<std::uint32_t>(sliced_.guide->places.size());
+    }
+    take_off_guide();
+  }
+
+  void take_off_guide() {
+    if (!sliced_.guide) return;
+    Guide guide = *sliced_.guide;
+    for (float& v : guide.values) v = guide_value(index_.scale, guide_level(index_.scale, v));
+    const GuideLevels offsets(guide, lattice_, channels_, index_.scale);
+    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
+      offsets.take_off(lattice_.crossings[k], std::span(crossing_levels_).subspan(k * channels_, channels_));
+    }
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < lattice_.slices.size(); ++k) {
+      const Slice& slice = lattice_.slices[k];
+      for (std::uint32_t s = 0; s < sliced_.sample_counts[k]; ++s, ++next) {
+        offsets.take_off(coordinates_on(slice, position_deg(lattice_, slice, sliced_.positions[next])),
+                         std::span(sample_levels_).subspan(next * channels_, channels_));
+      }
+    }
+  }
+
+  // Which channel is predicted first, and how activities are scaled: tried on a part of the samples.
+  void choose_parameters() {
+    const std::uint32_t candidates = std::min<std::uint32_t>(static_cast<std::uint32_t>(channels_), 3);
+    const std::vector<std::uint32_t> shifts =
+        index_.scale.lossless() ? std::vector<std::uint32_t>{8, 10, 12, 14} : std::vector<std::uint32_t>{0, 2};
+    constexpr std::size_t kFewSamples = 500;
+    const bool on_slices = sliced_.adaptive_count() >= kFewSamples;
+    index_.activity_shift = shifts.front();
+    std::vector<std::vector<Event>> crossings(blocks_.crossings.size());
+    record_crossings(crossings);  // slices are predicted from them
+    std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+    std::uint32_t best_base = 0;
+    std::uint32_t best_shift = shifts.front();
+    const auto try_out = [&](std::uint32_t base, std::uint32_t shift) {
+      index_.base_channel = base;
+      index_.activity_shift = shift;
+      std::vector<std::vector<Event>> events(blocks_.crossings.size());
+      on_slices ? record_some_slices(events.front()) : record_crossings(events);
+      const std::uint64_t cost = choose_distributions(events);
+      if (cost >= least) return;
+      least = cost;
+      best_base = base;
+      best_shift = shift;
+    };
+    for (std::uint32_t base = 0; base < candidates; ++base) try_out(base, shifts.front());
+    for (std::size_t k = 1; k < shifts.size(); ++k) try_out(best_base, shifts[k]);
+    index_.base_channel = best_base;
+    index_.activity_shift = best_shift;
+  }
+
+  // In the order of ChunkOrder, from the guide on.
+  std::vector<std::vector<Event>> record_all() {
+    std::vector<std::vector<Event>> events(1 + blocks_.crossings.size());
+    record_guide(events[0]);
+    std::vector<std::vector<Event>> crossings(blocks_.crossings.size());
+    record_crossings(crossings);
+    std::move(crossings.begin(), crossings.end(), events.begin() + 1);
+    const std::size_t pieces = index_.layout.piece_levels.size();
+    const ChunkOrder order(blocks_, pieces);
+    events.resize(order.count() - 1);  // metadata are no events
+    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+      for (std::size_t block = 0; block < blocks_.slices[kind].size(); ++block) {
+        record_slices(blocks_.slices[kind][block], [&](std::size_t piece) -> std::vector<Event>& {
+          return events[order.slices(piece, kind, block) - 1];
+        });
+      }
+    }
+    return events;
+  }
+
+  void record_crossings(std::vector<std::vector<Event>>& events) {
+    crossings_.levels = crossing_levels_;
+    crossings_.residuals.assign(crossing_levels_.size(), 0);
+    for (std::uint32_t block = 0; block < blocks_.crossings.size(); ++block) {
+      Recorder recorder(events[block]);
+      code_crossings(recorder, index_.coding(), plan_, block, crossings_);
+    }
+  }
+
+  void record_some_slices(std::vector<Event>& events) {
+    constexpr std::size_t kEnough = 1000;
+    std::vector<std::uint32_t> some;
+    std::size_t samples = 0;
+    const std::size_t step = std::max<std::size_t>(1, sliced_.adaptive_count() / kEnough);
+    for (std::size_t k = 0; k < lattice_.slices.size() && samples < kEnough; k += step) {
+      samples += sliced_.sample_counts[k];
+      some.push_back(static_cast<std::uint32_t>(k));
+    }
+    record_slices(some, [&](std::size_t) -> std::vector<Event>& { return events; });
+  }
+
+  // Pieces without a sample stay without an event.
+  template <class EventsOf>
+  void record_slices(const std::vector<std::uint32_t>& block, const EventsOf& events_of) {
+    const std::size_t pieces = index_.layout.piece_levels.size();
+    std::vector<bool> used(pieces, false);
+    for (const std::uint32_t k : block) {
+      for (std::size_t s = first_sample_[k]; s < first_sample_[k + 1]; ++s) {
+        const auto after = std::upper_bound(index_.layout.piece_levels.begin(), index_.layout.piece_levels.end(),
+                                            level_of(sliced_.positions[s].fraction));
+        used[static_cast<std::size_t>(after - index_.layout.piece_levels.begin()) - 1] = true;
+      }
+    }
+    const CodingParameters coding = index_.coding();
+    for (const std::uint32_t k : block) {
+      const Slice& slice = lattice_.slices[k];
+      const std::size_t first = first_sample_[k];
+      const std::size_t count = sliced_.sample_counts[k];
+      const SamplesToEncode samples = {std::span(sliced_.positions).subspan(first, count),
+                                       std::span(sample_levels_).subspan(first * channels_, count * channels_)};
+      begin_slice(lattice_, slice, crossings_, channels_, state_);
+      for (std::size_t piece = 0; piece < pieces; ++piece) {
+        if (!used[piece]) continue;
+        Recorder recorder(events_of(piece));
+        const auto [first_level, end_level] = levels_of_piece(index_.layout, piece);
+        for (int level = first_level; level < end_level; ++level) {
+          code_level(
+              recorder, coding, level, state_,
+              [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, &samples,
+              CodingContext::kSampleBase, CodingContext::kSampleOther);
+        }
+      }
+    }
+  }
+
+  void record_guide(std::vector<Event>& events) {
+    if (!sliced_.guide) return;
+    const Guide& guide = *sliced_.guide;
+    std::vector<SamplePosition> places;
+    LevelTable nodes;
+    std::vector<std::int32_t> samples;
+    for (std::size_t k = 0; k < guide.places.size(); ++k) {
+      std::vector<std::int32_t>& target = guide.places[k].fraction == 0 ? nodes.levels : samples;
+      if (guide.places[k].fraction != 0) places.push_back(guide.places[k]);
+      for (std::size_t c = 0; c < channels_; ++c) {
+        target.push_back(guide_level(index_.scale, guide.values[k * channels_ + c]));
+      }
+    }
+    nodes.residuals.assign(nodes.levels.size(), 0);
+    Recorder recorder(events);
+    code_guide_nodes(recorder, index_.coding(), nodes);
+    SliceLevels state = begin_guide(lattice_, nodes);
+    const SamplesToEncode wanted = {places, samples};
+    for (int level = 1; level <= kMaxLevel; ++level) {
+      code_level(
+          recorder, index_.coding(), level, state,
+          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, &wanted,
+          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
+    }
+  }
+
+  std::uint64_t choose_distributions(const std::vector<std::vector<Event>>& events) {
+    Histograms histograms{};
+    std::array<std::array<std::uint32_t, 2>, CodingContext::kFlagCount> flags{};
+    unsigned token_count = Token::kDirect;
+    std::uint64_t plain = 0;
+    for (const std::vector<Event>& chunk : events) {
+      for (const Event& event : chunk) {
+        if (event.flag) {
+          ++flags[event.context][event.value != 0 ? 1 : 0];
+          continue;
+        }
+        const Token token = token_of(event.value);
+        ++histograms[event.context][token.index];
+        token_count = std::max(token_count, token.index + 1);
+        plain += token.bit_count;
+      }
+    }
+    static const FamilyCosts kCosts(Token::kCount);  // near enough to those of fewer tokens
+    index_.token_count = token_count;
+    std::uint64_t cost = 256 * plain;
+    for (std::size_t k = 0; k < histograms.size(); ++k) {
+      const bool used = std::any_of(histograms[k].begin(), histograms[k].end(), [](auto n) { return n != 0; });
+      index_.distributions[k] = SlicedIndex::kUnused;
+      if (!used) continue;
+      const FamilyCosts::Choice choice = kCosts.cheapest(histograms[k], token_count);
+      index_.distributions[k] = choice.number;
+      cost += choice.cost;
+    }
+    for (std::size_t k = 0; k < flags.size(); ++k) {
+      const std::uint64_t total = std::uint64_t{flags[k][0]} + flags[k][1];
+      index_.flags[k] = 0;
+      if (total == 0) continue;
+      const std::uint64_t share =
+          std::clamp<std::uint64_t>((256 * std::uint64_t{flags[k][1]} + total / 2) / total, 1, 255);
+      index_.flags[k] = static_cast<std::uint8_t>(share);
+      cost += flags[k][1] * std::uint64_t{cost_256(static_cast<std::uint32_t>(16 * share))} +
+              flags[k][0] * std::uint64_t{cost_256(static_cast<std::uint32_t>(kProbabilityOne - 16 * share))};
+    }
+    return cost;
+  }
+
+  std::vector<std::byte> encode(const std::vector<Event>& events) {
+    if (events.empty()) return {};
+    if (distributions_.empty()) {
+      for (const std::uint8_t number : index_.distributions) {
+        distributions_.push_back(number == SlicedIndex::kUnused ? Distribution()
+                                                                : make_distribution(number, index_.token_count));
+      }
+    }
+    RansEncoder out;
+    for (auto event = events.rbegin(); event != events.rend(); ++event) {
+      if (event->flag) {
+        const std::uint32_t yes = 16U * index_.flags[event->context];
+        event->value != 0 ? out.put(0, yes) : out.put(yes, kProbabilityOne - yes);
+        continue;
+      }
+      const Token token = token_of(event->value);
+      const Distribution& distribution = distributions_[event->context];
+      out.put_bits(token.bits, token.bit_count);
+      out.put(distribution.start[token.index], distribution.frequency[token.index]);
+    }
+    return out.finish();
+  }
+
+  [[nodiscard]] std::vector<std::byte> packed_metadata() const {
+    if (sliced_.metadata.empty()) return {};
+    return pack_metadata(sliced_.metadata);
+  }
+
+  const SlicedBrdf& sliced_;
+  const Lattice& lattice_;
+  std::size_t channels_;
+  SlicedIndex index_;
+  LatticeBlocks blocks_;
+  CrossingPlan plan_;
+  std::vector<std::int32_t> crossing_levels_;
+  std::vector<std::int32_t> sample_levels_;
+  std::vector<std::size_t> first_sample_ = {0};  ///< of each slice, one entry more
+  LevelTable crossings_;
+  SliceLevels state_;
+  std::vector<Distribution> distributions_;
+};
 
 }  // namespace
 
-std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced) {
-  const auto metadata = std::as_bytes(std::span(sliced.metadata.data(), sliced.metadata.size()));
-  std::vector<Chunk> chunks = {
-      {"FRAM", encode_frame(sliced.frame)},         {"VALU", encode_values(sliced)},
-      {"META", {metadata.begin(), metadata.end()}}, {"CROS", bytes_of(sliced.crossing_values)},
-      {"CNTS", bytes_of(sliced.sample_counts)},     {"POSI", bytes_of(split_positions(sliced.positions))},
-      {"SAMP", bytes_of(sliced.sample_values)},
-  };
-  if (sliced.guide) chunks.push_back({"GUID", encode_guide(*sliced.guide)});
-  return emit_container(chunks);
+std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options) {
+  return Encoder(sliced, lattice, options).run();
+}
+
+CodingCost coding_cost(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options) {
+  return Encoder(sliced, lattice, options).cost();
 }
 
 Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes) {
-  Result<Container> container = parse_container(bytes);
-  if (!container) return container.error();
-  for (const char* name : {"FRAM", "VALU", "META", "CROS", "CNTS", "POSI", "SAMP"}) {
-    if (!container->has(name)) return Error{ErrorCode::kInvalidFile, std::string("chunk ") + name + " is missing", {}};
-  }
-  Result<FrameSpec> frame = decode_frame(container->find("FRAM"));
-  if (!frame) return frame.error();
-  SlicedBrdf sliced;
-  sliced.frame = *std::move(frame);
-  if (Status status = decode_values(container->find("VALU"), sliced); !status) return status.error();
-  const auto metadata = container->find("META");
-  sliced.metadata.assign(reinterpret_cast<const char*>(metadata.data()), metadata.size());
-  auto crossings = array_of<float>(*container, "CROS");
-  auto counts = array_of<std::uint32_t>(*container, "CNTS");
-  auto planes = array_of<std::uint16_t>(*container, "POSI");
-  auto samples = array_of<float>(*container, "SAMP");
-  for (const Error* error : {crossings ? nullptr : &crossings.error(), counts ? nullptr : &counts.error(),
-                             planes ? nullptr : &planes.error(), samples ? nullptr : &samples.error()}) {
-    if (error != nullptr) return *error;
-  }
-  sliced.crossing_values = *std::move(crossings);
-  sliced.sample_counts = *std::move(counts);
-  sliced.sample_values = *std::move(samples);
-  if (planes->size() % 2 != 0) return Error{ErrorCode::kInvalidFile, "chunk POSI: not a whole number of entries", {}};
-  sliced.positions = join_positions(*planes);
-  if (container->has("GUID")) {
-    Result<Guide> guide = decode_guide(container->find("GUID"), sliced.channel_count());
-    if (!guide) return guide.error();
-    sliced.guide = *std::move(guide);
-  }
-  if (least_crossing_count(sliced.frame) * static_cast<double>(sliced.channel_count()) >
-      static_cast<double>(sliced.crossing_values.size())) {
-    return Error{ErrorCode::kInvalidFile, "chunk CROS: fewer values than the frame has crossings", {}};
-  }
-  Result<Lattice> lattice = build_lattice(sliced.frame);
-  if (!lattice) return lattice.error();
-  if (Status status = check_sliced(sliced, *lattice); !status) return status.error();
-  return DecodedSliced{std::move(sliced), *std::move(lattice),
-                       std::to_string(container->major) + "." + std::to_string(container->minor)};
+  const MemorySource source(bytes);
+  const Result<SlicedReader> reader = SlicedReader::open(source);
+  if (!reader) return reader.error();
+  Result<SlicedBrdf> sliced = reader->load_all();
+  if (!sliced) return sliced.error();
+  return DecodedSliced{std::move(sliced).value(), reader->lattice(), reader->version(), reader->index().scale.bound()};
+}
+
+void round_to_precision(SlicedBrdf& sliced, double precision) {
+  Scaled scaled = scale_values(sliced, precision);
+  sliced.crossing_values = std::move(scaled.crossing_values);
+  sliced.sample_values = std::move(scaled.sample_values);
+  if (!sliced.guide) return;
+  for (float& v : sliced.guide->values) v = guide_value(scaled.scale, guide_level(scaled.scale, v));
 }
 
 }  // namespace sbrdf

@@ -95,13 +95,15 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, std::vector<Remark>
 Result<SavedFile> save_sliced(const BrdfSource& source, const SaveOptions& options, const Progress& progress) {
   SavedFile saved;
   if (const auto* sliced = dynamic_cast<const SlicedSource*>(&source); sliced && !options.slices) {
-    saved.bytes = encode_sliced(sliced->sliced());
+    saved.bytes = encode_sliced(sliced->sliced(), sliced->lattice(),
+                                options.copy_encoding.value_or(EncodeOptions{sliced->precision()}));
     saved.remarks.push_back({"copied", 1, "copied without sampling again"});
     return saved;
   }
-  Result<Slicing> slicing = slice_source(source, options.slices.value_or(SliceOptions{}), progress);
+  const SliceOptions slices = options.slices.value_or(SliceOptions{});
+  Result<Slicing> slicing = slice_source(source, slices, progress);
   if (!slicing) return slicing.error();
-  saved.bytes = encode_sliced(slicing->sliced);
+  saved.bytes = encode_sliced(slicing->sliced, slicing->lattice, slices.encoding);
   remark_slicing(*slicing, source.traits().reciprocal, saved.remarks);
   return saved;
 }

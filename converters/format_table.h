@@ -24,7 +24,8 @@ struct Remark {
 
 /// What the writers may be told. Each uses the part that concerns it.
 struct SaveOptions {
-  std::optional<SliceOptions> slices;   ///< not given: a sliced source is copied as it is, others use the defaults
+  std::optional<SliceOptions> slices;  ///< not given: a sliced source is copied as it is, others use the defaults
+  std::optional<EncodeOptions> copy_encoding;  ///< for such a copy; not given: the precision that the source has
   std::optional<MerlShape> merl_shape;  ///< not given: a MERL source is copied bit for bit, others get kMerlShape
 };
 

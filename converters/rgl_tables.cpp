@@ -26,7 +26,10 @@ Position position_on_axis(std::span<const float> nodes, double value) {
   return {index, std::clamp((value - low) / (high - low), 0.0, 1.0)};
 }
 
-double mix(double a, double b, double fraction) { return a + fraction * (b - a); }
+/// From the nearer end, so that what lies between two positive numbers never rounds to zero.
+double mix(double a, double b, double fraction) {
+  return fraction < 0.5 ? a + fraction * (b - a) : b - (1 - fraction) * (b - a);
+}
 
 /// Integral of a linear function over the first part of an interval of width 1 with the values `a` and `b` at its ends.
 double integral_to(double fraction, double a, double b) { return fraction * (a + 0.5 * fraction * (b - a)); }

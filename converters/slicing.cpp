@@ -88,7 +88,10 @@ class Slicer {
     } else {
       symmetries_.isotropic = source_.traits().isotropic;
     }
-    if (Status status = draw(kChoiceSeed, choice_); !status) return status.error();
+    const bool chooses = !options_.placement || options_.target_mre_percent || options_.target_rel_l1_percent;
+    if (chooses) {
+      if (Status status = draw(kChoiceSeed, choice_); !status) return status.error();
+    }
     if (Status status = draw(kReportSeed, report_); !status) return status.error();
     Result<Slicing> slicing = by_stop_rule();
     if (!slicing) return slicing;
@@ -275,11 +278,12 @@ class Slicer {
   // With the metadata that the file will have.
   [[nodiscard]] std::size_t size_of(Slicing slicing) const {
     finish(slicing);
-    return encode_sliced(slicing.sliced).size();
+    return encode_sliced(slicing.sliced, slicing.lattice, options_.encoding).size();
   }
 
   void finish(Slicing& slicing) const {
     SliceReport& report = slicing.report;
+    round_to_precision(slicing.sliced, options_.encoding.precision);
     for (const auto* values : {&slicing.sliced.crossing_values, &slicing.sliced.sample_values}) {
       report.values += values->size();
       report.zero_values += static_cast<std::uint64_t>(std::count(values->begin(), values->end(), 0.0F));
@@ -303,7 +307,11 @@ class Slicer {
     };
     nlohmann::ordered_json json;
     json["source"] = {{"format", traits.format}, {"description", traits.description}};
+    if (!options_.source_sha256.empty()) json["source"]["sha256"] = options_.source_sha256;
+    if (!options_.command.empty()) json["command"] = options_.command;
     json["quantity"] = "f_r, 1/sr, without cosine";
+    json["colour"] = "channels as in the source, linear";
+    json["precision_percent"] = rounded(100 * options_.encoding.precision);
     json["symmetrised"] = !traits.reciprocal;
     json["reciprocity_residual_percent"] = rounded(report.reciprocity_residual_percent);
     json["refinement"] = options_.refinement == Refinement::kTrue ? "true" : "measured";

@@ -47,6 +47,10 @@ struct SliceOptions {
   bool use_mirrors = true;                ///< look for mirror symmetries of the source and use those that hold exactly
   std::size_t search_evaluations = kDefaultSearchEvaluations;  ///< see SearchOptions::evaluations
 
+  EncodeOptions encoding = {0.001};  ///< errors are measured on what a file of this precision gives back
+  std::string source_sha256;         ///< of the file that the source was read from, for the metadata; may be empty
+  std::string command;               ///< that asked for this, for the metadata; may be empty
+
   // Stop rules: at most one target.
   std::uint64_t sample_count = kDefaultSampleCount;  ///< of no meaning where a target or max_bytes is given
   std::optional<double> target_mre_percent;          ///< the fewest samples that reach this on held-back directions
@@ -92,8 +96,10 @@ class SlicedSource final : public BrdfSource {
 
   [[nodiscard]] const SlicedBrdf& sliced() const { return decoded_.sliced; }
   [[nodiscard]] const Lattice& lattice() const { return decoded_.lattice; }
-  /// Of the container that it was read from, such as "0.1"; empty where there was none.
+  /// Of the container that it was read from, such as "1.0"; empty where there was none.
   [[nodiscard]] const std::string& version() const { return decoded_.version; }
+  /// Bound on the relative error of every sample against what was measured; 0: none, samples are exact.
+  [[nodiscard]] double precision() const { return decoded_.precision; }
 
  private:
   DecodedSliced decoded_;

@@ -102,7 +102,8 @@ TEST(StructureSearch, GivesTheSameBytesOnAnyNumberOfThreads) {
   std::vector<std::vector<std::byte>> files;
   for (const std::size_t threads : {1, 2}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    files.push_back(encode_sliced(slice_source(*source, quick(300)).value().sliced));
+    const Slicing slicing = slice_source(*source, quick(300)).value();
+    files.push_back(encode_sliced(slicing.sliced, slicing.lattice));
   }
   EXPECT_EQ(files[0], files[1]);
 }
@@ -130,7 +131,8 @@ TEST(StopRule, ReachesATargetOnDirectionsThatTookNoPart) {
 TEST(StopRule, FillsButDoesNotPassALargestSize) {
   SliceOptions options = quick(0);
   options.max_bytes = 6000;
-  const std::size_t size = encode_sliced(slice_source(*shiny_isotropic(), options).value().sliced).size();
+  const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
+  const std::size_t size = encode_sliced(slicing.sliced, slicing.lattice, options.encoding).size();
   EXPECT_LE(size, 6000U);
   EXPECT_GT(size, 5000U);
   options.max_bytes = 100;
@@ -156,7 +158,7 @@ TEST(Guide, ComesBackFromItsFileAndIsTakenOffAndAddedAlike) {
     const SlicedBrdf sliced = sample_slices(lattice, {"R", "G", "B"}, measure, options).value();
     EXPECT_EQ(sliced.guide.has_value(), guided == 1);
     EXPECT_EQ(sliced.sample_count(), 160U);
-    const DecodedSliced decoded = decode_sliced(encode_sliced(sliced)).value();
+    const DecodedSliced decoded = decode_sliced(encode_sliced(sliced, lattice)).value();
     EXPECT_EQ(decoded.sliced.guide, sliced.guide);
     EXPECT_LT(rel_l1(*source, Slicing{decoded.sliced, decoded.lattice, {}}), 4);
     const Evaluator rounded(decoded.sliced, decoded.lattice);

@@ -1,14 +1,15 @@
 #include "formats/sbrdf/container.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <functional>
 #include <memory>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -18,232 +19,282 @@ namespace sbrdf {
 namespace {
 
 using testing::HasSubstr;
+using testing::StartsWith;
 
 using Bytes = std::vector<std::byte>;
-
-constexpr std::size_t kEntries = 16;
-constexpr std::size_t kEntrySize = 40;
 
 Bytes bytes_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   return {bytes.begin(), bytes.end()};
 }
 
-/// One chunk that is stored raw, one that is compressed, and an empty one.
-std::vector<Chunk> valid_chunks() {
-  return {{"ABCD", bytes_of("raw, too short to pack")}, {"ZERO", Bytes(5000)}, {"EMPT", {}}};
+/// Bit by bit, from the polynomial.
+std::uint32_t slow_checksum(std::span<const std::byte> bytes) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (const std::byte b : bytes) {
+    crc ^= static_cast<std::uint32_t>(b);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~crc;
 }
 
-Bytes valid_file() { return emit_container(valid_chunks()); }
+/// The lowest byte first, `size` of them.
+void append_number(Bytes& bytes, std::uint64_t value, int size) {
+  for (int k = 0; k < size; ++k) bytes.push_back(static_cast<std::byte>(value >> (8 * k)));
+}
 
-/// From a heap block of exactly that size, so that the sanitizer sees a read beyond it.
-Result<Container> parse_exactly(std::span<const std::byte> bytes) {
+void put_number(Bytes& bytes, std::size_t offset, std::uint64_t value, int size) {
+  for (int k = 0; k < size; ++k) bytes[offset + static_cast<std::size_t>(k)] = static_cast<std::byte>(value >> (8 * k));
+}
+
+const Bytes kIndex = bytes_of("an index");
+const std::array<Bytes, 2> kPayloads = {bytes_of("first"), bytes_of("the second chunk")};
+
+Bytes chunks() {
+  Bytes all;
+  for (const Bytes& payload : kPayloads) append_chunk(all, payload);
+  return all;
+}
+Bytes valid_file() { return emit_container(kIndex, chunks()); }
+
+/// Makes the header's checksum fit again after it was changed.
+void seal(Bytes& file) { put_number(file, 28, slow_checksum(std::span(file).first(28)), 4); }
+
+struct Content {
+  ContainerHead head;
+  std::vector<Bytes> payloads;
+};
+
+/// Everything, from a heap block of exactly that size, so that the sanitizer sees a read beyond it.
+Result<Content> read_exactly(std::span<const std::byte> bytes) {
   const auto copy = std::make_unique<std::byte[]>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), copy.get());
-  return parse_container({copy.get(), bytes.size()});
+  const MemorySource source({copy.get(), bytes.size()});
+  Result<ContainerHead> head = read_head(source);
+  if (!head) return head.error();
+  Content content = {*head, {}};
+  std::uint64_t offset = head->chunks_offset();
+  for (const Bytes& payload : kPayloads) {
+    const std::uint64_t size = payload.size() + kChecksumSize;
+    Result<Bytes> chunk = read_chunk(source, offset, size);
+    if (!chunk) return chunk.error();
+    content.payloads.push_back(*std::move(chunk));
+    offset += size;
+  }
+  return content;
 }
 
-template <class T>
-T number_at(const Bytes& file, std::size_t offset) {
-  T value;
-  std::memcpy(&value, file.data() + offset, sizeof(T));
-  return value;
-}
-
-template <class T>
-void put(Bytes& file, std::size_t offset, T value) {
-  std::memcpy(file.data() + offset, &value, sizeof(T));
-}
-
-/// Makes the checksum of the table fit again after it was changed.
-void seal(Bytes& file) {
-  const std::size_t end = kEntries + number_at<std::uint32_t>(file, 12) * kEntrySize;
-  put(file, end, static_cast<std::uint64_t>(XXH3_64bits(file.data(), end)));
-}
-
-void expect_refused(const Bytes& file, const std::string& what, ErrorCode code = ErrorCode::kInvalidFile) {
-  const Result<Container> result = parse_exactly(file);
-  ASSERT_FALSE(result) << what;
+void expect_refused(std::span<const std::byte> file, const std::string& clause,
+                    ErrorCode code = ErrorCode::kInvalidFile, const std::string& what = "") {
+  const Result<Content> result = read_exactly(file);
+  ASSERT_FALSE(result) << clause << ' ' << what;
   EXPECT_EQ(result.error().code, code) << what;
-  EXPECT_THAT(result.error().message, HasSubstr(what));
+  EXPECT_THAT(result.error().message, StartsWith("[" + clause + "]")) << what;
 }
 
-TEST(Container, GivesBackItsChunksInOrder) {
-  const Result<Container> container = parse_exactly(valid_file());
-  ASSERT_TRUE(container);
-  EXPECT_EQ(container->major, kContainerMajor);
-  EXPECT_EQ(container->minor, kContainerMinor);
-  const std::vector<Chunk> expected = valid_chunks();
-  ASSERT_EQ(container->chunks.size(), expected.size());
-  for (std::size_t k = 0; k < expected.size(); ++k) {
-    EXPECT_EQ(container->chunks[k].name, expected[k].name);
-    EXPECT_EQ(container->chunks[k].bytes, expected[k].bytes);
-    EXPECT_TRUE(container->has(expected[k].name));
-    EXPECT_EQ(container->find(expected[k].name).size(), expected[k].bytes.size());
+TEST(Checksum, IsTheCrc32OfZlibAndPng) {
+  EXPECT_EQ(checksum(bytes_of("123456789")), 0xCBF43926U);
+  EXPECT_EQ(checksum({}), 0U);
+  EXPECT_EQ(checksum(bytes_of("IEND")), 0xAE426082U);  // ends every PNG file
+  std::mt19937 random(1);
+  for (std::size_t size = 1; size < 300; size += 7) {
+    Bytes bytes(size);
+    for (std::byte& b : bytes) b = static_cast<std::byte>(random());
+    EXPECT_EQ(checksum(bytes), slow_checksum(bytes));
   }
-  EXPECT_FALSE(container->has("NONE"));
-  EXPECT_TRUE(container->find("NONE").empty());
 }
 
-TEST(Container, MayHoldNoChunkAtAll) {
-  const Result<Container> container = parse_exactly(emit_container({}));
-  ASSERT_TRUE(container);
-  EXPECT_TRUE(container->chunks.empty());
-}
-
-TEST(Container, IsLaidOutAsTheSpecificationSays) {
-  const Bytes file = valid_file();
-  const std::array<unsigned char, 8> magic = {0x89, 'S', 'B', 'R', 'D', 'F', '\r', '\n'};
-  EXPECT_EQ(std::memcmp(file.data(), magic.data(), 8), 0);
-  EXPECT_EQ(number_at<std::uint16_t>(file, 8), 0);
-  EXPECT_EQ(number_at<std::uint16_t>(file, 10), 1);
-  EXPECT_EQ(number_at<std::uint32_t>(file, 12), 3U);
-  std::uint64_t offset = kEntries + 3 * kEntrySize + 8;
-  EXPECT_EQ(number_at<std::uint64_t>(file, offset - 8), XXH3_64bits(file.data(), offset - 8));
-  const std::vector<Chunk> chunks = valid_chunks();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t entry = kEntries + k * kEntrySize;
-    const auto stored = number_at<std::uint64_t>(file, entry + 16);
-    EXPECT_EQ(std::memcmp(file.data() + entry, chunks[k].name.data(), 4), 0);
-    EXPECT_EQ(number_at<std::uint32_t>(file, entry + 4), chunks[k].name == "ZERO" ? 1U : 0U);
-    EXPECT_EQ(number_at<std::uint64_t>(file, entry + 8), offset);
-    EXPECT_EQ(number_at<std::uint64_t>(file, entry + 24), chunks[k].bytes.size());
-    EXPECT_EQ(number_at<std::uint64_t>(file, entry + 32), XXH3_64bits(file.data() + offset, stored));
-    offset += stored;
+TEST(EmitContainer, LaysOutEveryByteAsTheSpecificationSays) {
+  Bytes expected = bytes_of("\x89SBRDF\r\n");
+  append_number(expected, 1, 2);
+  append_number(expected, 0, 2);
+  append_number(expected, 8, 4);                        // "an index"
+  append_number(expected, 32 + 8 + 5 + 4 + 16 + 4, 8);  // header, index, two chunks with their checksums
+  append_number(expected, slow_checksum(kIndex), 4);
+  append_number(expected, slow_checksum(expected), 4);
+  ASSERT_EQ(expected.size(), 32U);
+  expected.insert(expected.end(), kIndex.begin(), kIndex.end());
+  for (const Bytes& payload : kPayloads) {
+    expected.insert(expected.end(), payload.begin(), payload.end());
+    append_number(expected, slow_checksum(payload), 4);
   }
-  EXPECT_EQ(offset, file.size());
+  EXPECT_EQ(valid_file(), expected);
 }
 
-TEST(Container, HasTheSameBytesEveryTime) { EXPECT_EQ(valid_file(), valid_file()); }
+TEST(EmitContainer, WritesTheVersionAskedFor) {
+  const Bytes file = emit_container(kIndex, chunks(), 0x0102, 0x0304);
+  EXPECT_EQ((Bytes{file.begin() + 8, file.begin() + 12}), bytes_of("\x02\x01\x04\x03"));
+}
 
-TEST(Container, PacksAChunkOnlyWhereThatMakesItSmaller) { EXPECT_LT(valid_file().size(), 250U); }
+TEST(AppendChunk, LeavesOutAChunkWithoutPayload) {
+  Bytes file = bytes_of("before");
+  append_chunk(file, {});
+  EXPECT_EQ(file, bytes_of("before"));
+  append_chunk(file, bytes_of("x"));
+  EXPECT_EQ(file.size(), 6U + 1U + 4U);
+}
 
-TEST(ParseContainer, RefusesEveryTruncatedPrefix) {
+TEST(Container, GivesBackIndexAndChunks) {
+  const Result<Content> content = read_exactly(valid_file());
+  ASSERT_TRUE(content);
+  EXPECT_EQ(content->head.index, kIndex);
+  EXPECT_EQ(content->head.version(), "1.0");
+  EXPECT_EQ(content->head.chunks_offset(), 40U);
+  EXPECT_EQ(content->payloads, (std::vector<Bytes>{kPayloads.begin(), kPayloads.end()}));
+}
+
+TEST(Container, MayHaveAnEmptyIndexAndNoChunk) {
+  const Bytes file = emit_container({}, {});
+  EXPECT_EQ(file.size(), kHeaderSize);
+  const Result<ContainerHead> head = read_head(MemorySource(file));
+  ASSERT_TRUE(head);
+  EXPECT_TRUE(head->index.empty());
+}
+
+TEST(ReadHead, RefusesEveryTruncatedPrefix) {
   const Bytes file = valid_file();
   for (std::size_t size = 0; size < file.size(); ++size) {
-    EXPECT_FALSE(parse_exactly(std::span(file).first(size))) << size << " of " << file.size() << " bytes";
+    expect_refused(std::span(file).first(size), size < 8 ? "SB-1-1" : "SB-1-4", ErrorCode::kInvalidFile,
+                   std::to_string(size) + " bytes");
   }
 }
 
-TEST(ParseContainer, RefusesEveryTrailingByte) {
-  for (int value = 0; value < 256; ++value) {
+TEST(ReadHead, RefusesEveryTrailingByte) {
+  for (unsigned value = 0; value < 256; ++value) {
     Bytes file = valid_file();
     file.push_back(static_cast<std::byte>(value));
-    EXPECT_FALSE(parse_exactly(file)) << value;
+    expect_refused(file, "SB-1-4");
   }
 }
 
-TEST(ParseContainer, RefusesEverySingleFlippedBit) {
+TEST(Container, RefusesEverySingleFlippedBitWithTheClauseOfItsPlace) {
   Bytes file = valid_file();
   for (std::size_t bit = 0; bit < 8 * file.size(); ++bit) {
+    const std::size_t byte = bit / 8;
     const auto mask = static_cast<std::byte>(1U << (bit % 8));
-    file[bit / 8] ^= mask;
-    EXPECT_FALSE(parse_exactly(file)) << "byte " << bit / 8 << ", bit " << bit % 8;
-    file[bit / 8] ^= mask;
+    file[byte] ^= mask;
+    const std::string where = "byte " + std::to_string(byte) + ", bit " + std::to_string(bit % 8);
+    const bool major = byte == 8 || byte == 9;
+    expect_refused(file,
+                   byte < 8    ? "SB-1-1"
+                   : major     ? "SB-1-3"
+                   : byte < 32 ? "SB-1-2"
+                   : byte < 40 ? "SB-1-6"
+                               : "SB-1-7",
+                   major ? ErrorCode::kUnsupported : ErrorCode::kInvalidFile, where);
+    file[byte] ^= mask;
   }
 }
 
-TEST(ParseContainer, RefusesANewerMajorVersionAsUnsupported) {
-  Bytes file = valid_file();
-  put<std::uint16_t>(file, 8, kContainerMajor + 1);
-  seal(file);
-  expect_refused(file, "newer", ErrorCode::kUnsupported);
+TEST(ReadHead, RefusesWhatIsNoContainer) {
+  expect_refused({}, "SB-1-1");
+  expect_refused(bytes_of("\x89SBRDF\n\n and more, that was mangled by a text transfer"), "SB-1-1");
+  expect_refused(bytes_of("a text file"), "SB-1-1");
 }
 
-TEST(ParseContainer, TakesANewerMinorVersion) {
-  Bytes file = valid_file();
-  put<std::uint16_t>(file, 10, 999);
-  seal(file);
-  const Result<Container> container = parse_exactly(file);
-  ASSERT_TRUE(container);
-  EXPECT_EQ(container->minor, 999);
+TEST(ReadHead, RefusesOtherMajorVersionsAsUnsupportedAndNamesThem) {
+  for (const int number : {0, 2, 3, 0xFFFF}) {
+    const auto major = static_cast<std::uint16_t>(number);
+    const Bytes file = emit_container(kIndex, chunks(), major, 5);
+    expect_refused(file, "SB-1-3", ErrorCode::kUnsupported);
+    EXPECT_THAT(read_head(MemorySource(file)).error().message, HasSubstr(std::to_string(major) + ".5"));
+  }
 }
 
-TEST(ParseContainer, RefusesWhatIsNoContainer) {
-  expect_refused({}, "magic");
-  expect_refused(bytes_of("\x89SBRDF\n\n and more, that was mangled by a text transfer"), "magic");
-  expect_refused(bytes_of("a text file"), "magic");
+TEST(ReadHead, TakesEveryMinorVersion) {
+  for (const int number : {0, 1, 0xFFFF}) {
+    const auto minor = static_cast<std::uint16_t>(number);
+    const Result<Content> content = read_exactly(emit_container(kIndex, chunks(), 1, minor));
+    ASSERT_TRUE(content);
+    EXPECT_EQ(content->head.minor, minor);
+    EXPECT_EQ(content->head.version(), "1." + std::to_string(minor));
+  }
 }
 
-TEST(ParseContainer, RefusesAbsurdCountsBeforeItReadsThem) {
-  for (const std::uint32_t count : {4U, 4097U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
+TEST(ReadHead, RefusesAFileOfAnotherSizeThanItStates) {
+  for (const std::uint64_t size : {std::uint64_t{0}, std::uint64_t{31}, std::uint64_t{32}, valid_file().size() - 1,
+                                   valid_file().size() + 1, std::uint64_t{1} << 63U, ~std::uint64_t{0}}) {
     Bytes file = valid_file();
-    put(file, 12, count);
-    EXPECT_FALSE(parse_exactly(file)) << count;
+    put_number(file, 16, size, 8);
+    seal(file);
+    expect_refused(file, "SB-1-4");
   }
 }
 
-TEST(ParseContainer, RefusesAbsurdSizesBeforeItAllocatesThem) {
-  constexpr std::size_t kPacked = kEntries + kEntrySize;
-  for (const std::uint64_t size : {1ULL << 30U, (1ULL << 30U) + 1, 1ULL << 62U, ~0ULL}) {
-    for (const std::size_t field : {16U, 24U}) {
-      Bytes file = valid_file();
-      put(file, kPacked + field, size);
-      seal(file);
-      EXPECT_FALSE(parse_exactly(file)) << size << " in field " << field;
+TEST(ReadHead, RefusesAnIndexThatDoesNotFitBeforeItAllocatesIt) {
+  const std::uint64_t behind_header = valid_file().size() - kHeaderSize;
+  for (const std::uint64_t size : {behind_header + 1, std::uint64_t{1} << 24U, (std::uint64_t{1} << 24U) + 1,
+                                   std::uint64_t{0x7FFFFFFF}, std::uint64_t{0xFFFFFFFF}}) {
+    Bytes file = valid_file();
+    put_number(file, 12, size, 4);
+    seal(file);
+    expect_refused(file, "SB-1-5");
+  }
+}
+
+TEST(ReadHead, TakesAnIndexUpToTheLargestSize) {
+  EXPECT_TRUE(read_head(MemorySource(emit_container(Bytes(kMaxIndexSize), {}))));
+  const Result<ContainerHead> larger = read_head(MemorySource(emit_container(Bytes(kMaxIndexSize + 1), {})));
+  ASSERT_FALSE(larger);
+  EXPECT_THAT(larger.error().message, StartsWith("[SB-1-5]"));
+}
+
+TEST(ReadHead, ReadsHeaderAndIndexAndNothingElse) {
+  const Bytes file = valid_file();
+  std::vector<int> reads(file.size(), 0);
+  const CallbackSource source(file.size(), [&](std::uint64_t offset, std::span<std::byte> target) {
+    for (std::size_t k = 0; k < target.size(); ++k) {
+      ++reads[offset + k];
+      target[k] = file[offset + k];
     }
+    return ok_status();
+  });
+  ASSERT_TRUE(read_head(source));
+  for (std::size_t k = 0; k < file.size(); ++k) EXPECT_EQ(reads[k], k < 40 ? 1 : 0) << k;
+}
+
+TEST(Container, PassesOnTheErrorOfItsSource) {
+  const Bytes file = valid_file();
+  for (int good = 0; good < 2; ++good) {
+    int reads = 0;
+    const CallbackSource source(file.size(), [&](std::uint64_t offset, std::span<std::byte> target) -> Status {
+      if (reads++ >= good) return Error{ErrorCode::kIo, "the cable is out", {}};
+      return MemorySource(file).read(offset, target);
+    });
+    const Result<ContainerHead> head = read_head(source);
+    ASSERT_FALSE(head);
+    EXPECT_EQ(head.error().code, ErrorCode::kIo);
+    EXPECT_EQ(head.error().message, "the cable is out");
+  }
+  const CallbackSource broken(file.size(), [](std::uint64_t, std::span<std::byte>) -> Status {
+    return Error{ErrorCode::kIo, "the cable is out", {}};
+  });
+  const Result<Bytes> chunk = read_chunk(broken, 40, 9);
+  ASSERT_FALSE(chunk);
+  EXPECT_EQ(chunk.error().code, ErrorCode::kIo);
+}
+
+TEST(ReadChunk, RefusesWhatCannotHoldAByteAndAChecksum) {
+  const Bytes file = valid_file();
+  for (std::uint64_t size = 0; size <= kChecksumSize; ++size) {
+    const Result<Bytes> chunk = read_chunk(MemorySource(file), 40, size);
+    ASSERT_FALSE(chunk) << size;
+    EXPECT_THAT(chunk.error().message, StartsWith("[SB-1-7]"));
   }
 }
 
-TEST(ParseContainer, RefusesAChunkWhoseDecodedSizeIsNotThatOfItsFrame) {
-  Bytes file = valid_file();
-  put<std::uint64_t>(file, kEntries + kEntrySize + 24, 5001);
-  seal(file);
-  expect_refused(file, "zstd frame");
-}
-
-TEST(ParseContainer, RefusesARawChunkOfTwoSizes) {
-  Bytes file = valid_file();
-  put<std::uint64_t>(file, kEntries + 24, 21);
-  seal(file);
-  expect_refused(file, "sizes differ");
-}
-
-TEST(ParseContainer, RefusesAnUnknownCodingAsUnsupported) {
-  Bytes file = valid_file();
-  put<std::uint32_t>(file, kEntries + 4, 2);
-  seal(file);
-  expect_refused(file, "coding", ErrorCode::kUnsupported);
-}
-
-TEST(ParseContainer, RefusesChunksThatOverlapOrLeaveAGap) {
-  for (const int shift : {-1, 1, 1000}) {
-    Bytes file = valid_file();
-    const std::size_t field = kEntries + kEntrySize + 8;
-    put(file, field, number_at<std::uint64_t>(file, field) + static_cast<std::uint64_t>(shift));
-    seal(file);
-    expect_refused(file, "not where the last one ends");
+TEST(ReadChunk, RefusesRangesBeyondTheSource) {
+  const Bytes file = valid_file();
+  const std::uint64_t most = ~std::uint64_t{0};
+  for (const auto& [offset, size] : {std::pair{std::uint64_t{40}, file.size()},
+                                     {file.size() + 1, std::uint64_t{5}},
+                                     {std::uint64_t{40}, most},
+                                     {most, std::uint64_t{9}},
+                                     {most, most}}) {
+    const Result<Bytes> chunk = read_chunk(MemorySource(file), offset, size);
+    ASSERT_FALSE(chunk) << offset << ' ' << size;
+    EXPECT_EQ(chunk.error().code, ErrorCode::kInvalidFile);
   }
-}
-
-TEST(ParseContainer, NamesTheDamagedChunk) {
-  Bytes file = valid_file();
-  file[kEntries + 3 * kEntrySize + 8] ^= std::byte{1};
-  expect_refused(file, "chunk ABCD: checksum");
-}
-
-TEST(ParseContainer, RefusesAPackedChunkThatIsNoZstdFrame) {
-  Bytes file = emit_container(std::vector<Chunk>{{"RAWS", bytes_of("12345678901234567890")}});
-  put<std::uint32_t>(file, kEntries + 4, 1);
-  put<std::uint64_t>(file, kEntries + 24, 4000);
-  seal(file);
-  expect_refused(file, "zstd frame");
-}
-
-TEST(ParseContainer, RefusesNamesThatAreNotFourVisibleCharacters) {
-  for (const char* name : {"A\nBC", "A\x1b[2", "\0\0\0\0", "AB\xc3\xa9"}) {
-    Bytes file = valid_file();
-    std::memcpy(file.data() + kEntries, name, 4);
-    seal(file);
-    EXPECT_FALSE(parse_exactly(file));
-  }
-}
-
-TEST(ParseContainer, RefusesTwoChunksOfOneName) {
-  Bytes file = valid_file();
-  std::memcpy(file.data() + kEntries + 2 * kEntrySize, "ABCD", 4);
-  seal(file);
-  EXPECT_FALSE(parse_exactly(file));
 }
 
 TEST(IsContainer, LooksAtTheMagicOnly) {
@@ -252,6 +303,20 @@ TEST(IsContainer, LooksAtTheMagicOnly) {
   EXPECT_TRUE(is_container(file));
   file.resize(7);
   EXPECT_FALSE(is_container(file));
+}
+
+TEST(ByteSource, GivesTheRangeAskedFor) {
+  const Bytes bytes = bytes_of("0123456789");
+  const MemorySource memory(bytes);
+  EXPECT_EQ(memory.size(), 10U);
+  for (std::size_t offset = 0; offset <= 10; ++offset) {
+    for (std::size_t size = 0; offset + size <= 10; ++size) {
+      const Result<Bytes> range = read_range(memory, offset, size);
+      ASSERT_TRUE(range);
+      EXPECT_EQ(*range, bytes_of(std::string("0123456789").substr(offset, size)));
+    }
+    EXPECT_FALSE(read_range(memory, offset, 11 - offset));
+  }
 }
 
 }  // namespace

@@ -318,6 +318,16 @@ TEST(RglEvaluate, StaysFiniteForTheLargestAndSmallestNumbers) {
   }
 }
 
+TEST(RglEvaluate, StaysFiniteWhereTheAreaFallsByManyPowers) {
+  SmallMaterial material;
+  material.jacobian = 1;
+  material.rgb = [](std::size_t, std::size_t channel, auto...) { return channel == 1 ? 0.0f : 1.0f; };
+  material.sigma = {1e30f, 1e-30f, 1e30f, 1e-30f};
+  const auto source = load(material.fields());
+  EXPECT_GT(evaluate(*source, pair_from_degrees(90, 0, 30, 10))[0], 1e29f);
+  EXPECT_EQ(evaluate(*source, pair_from_degrees(90, 0, 30, 10))[1], 0.0f);
+}
+
 // The warp by itself.
 
 /// Bilinear interpolation of one slice at u, not normalised.

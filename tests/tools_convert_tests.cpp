@@ -333,11 +333,10 @@ TEST(ConvertOutput, LeavesTheOldFileWhenTheDiskIsFull) {
   if (const ProgramRun probe = in_namespace(flags, mounted); probe.exit_code != 0) {
     GTEST_SKIP() << "no small file system can be mounted here: " << probe.err;
   }
-  const ProgramRun run = in_namespace(
-      flags,
-      mounted +
-          " && printf old > out.sbrdf && { \"$0\" convert kurt:fabric112 out.sbrdf --placement 14/36; code=$?; } && "
-          "ls -A && cat out.sbrdf && exit $code");
+  const ProgramRun run = in_namespace(flags, mounted +
+                                                 " && printf old > out.sbrdf && { \"$0\" convert kurt:fabric112 "
+                                                 "out.sbrdf --placement 14/36 --precision lossless; code=$?; } && "
+                                                 "ls -A && cat out.sbrdf && exit $code");
   expect_failure(run, 2, "out.sbrdf", "No space left on device");
   EXPECT_EQ(run.out, "out.sbrdf\nold");
 }

@@ -45,7 +45,7 @@ TEST(Info, DescribesASlicedFile) {
   std::filesystem::rename(folder / "a.sbrdf", file);
   const auto json = run_sbrdf({"info", file, "--json"}).json();
   EXPECT_EQ(json["format"], "sbrdf");
-  EXPECT_EQ(json["version"], "0.1");
+  EXPECT_EQ(json["version"], "1.0");
   EXPECT_EQ(json["frame"], "elevation");
   EXPECT_EQ(json["domain"], "log");
   EXPECT_EQ(json["isotropic"], false);

@@ -29,6 +29,8 @@ struct ConvertOptions {
   std::string placement = "auto";
   std::string refine = "true";
   bool no_mirrors = false;
+  std::optional<std::string> precision;  ///< as given; otherwise 0.1 %, or that of a sliced source
+  std::string chunks = "auto";
   bool slicing_given = false;      ///< any of the options that only sliced files have
   bool evaluations_given = false;  ///< --search-evaluations
   bool json = false;
@@ -59,6 +61,25 @@ void parse_steps(const std::string& text, Placement& placement) {
   placement = {*elevation, *azimuth};
 }
 
+EncodeOptions encoding_of(const ConvertOptions& options) {
+  EncodeOptions encoding = SliceOptions{}.encoding;
+  encoding.chunks = options.chunks == "whole"   ? ChunkSize::kWhole
+                    : options.chunks == "split" ? ChunkSize::kSplit
+                                                : ChunkSize::kAuto;
+  if (options.precision == "lossless") {
+    encoding.precision = 0;
+  } else if (options.precision) {
+    const std::string& text = *options.precision;
+    const auto percent = parse_number(std::string_view(text).substr(0, text.size() - (text.ends_with('%') ? 1 : 0)));
+    if (!percent || !(*percent >= 1e-4 && *percent <= 50)) {
+      throw CLI::ValidationError("--precision",
+                                 "'" + text + "' is neither lossless nor 0.0001 to 50 percent, such as 0.1%");
+    }
+    encoding.precision = *percent / 100;
+  }
+  return encoding;
+}
+
 // An option without effect is a misunderstanding. Those that exclude each other whatever their values: see
 // add_slicing_options.
 void refuse_contradictions(const ConvertOptions& options) {
@@ -87,6 +108,7 @@ void settle_choices(ConvertOptions& options) {
   if (options.domain == "log") slices.domain = DomainKind::kLog;
   slices.refinement = options.refine == "measured" ? Refinement::kMeasured : Refinement::kTrue;
   slices.use_mirrors = !options.no_mirrors;
+  slices.encoding = encoding_of(options);
   if (options.placement == "paper" || (options.placement == "auto" && options.frame == "elevation")) {
     slices.placement = table_3_placement(slices.sample_count);
   } else if (options.placement != "auto" && options.placement != "search") {
@@ -110,7 +132,11 @@ std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) 
   done.in = *std::move(in);
 
   SaveOptions save;
-  if (options.slicing_given || done.in.source->traits().format != "sbrdf") save.slices = options.slices;
+  if (options.slicing_given || done.in.source->traits().format != "sbrdf") {
+    save.slices = options.slices;
+    if (is_sliced(*done.format)) save.slices->source_sha256 = sha256_of(options.in);
+  }
+  if (options.precision || options.chunks != "auto") save.copy_encoding = options.slices.encoding;
   ProgressBar bar("converting");
   Result<SavedFile> saved = done.format->save(*done.in.source, save, bar.progress());
   if (!saved) return Failure{options.in, saved.error()};
@@ -120,6 +146,25 @@ std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) 
   }
   done.seconds = watch.seconds();
   return std::nullopt;
+}
+
+// What was asked for, for the metadata: names of files without their folders, which say more about a machine than about
+// a material.
+std::string command_text(const CLI::App& command, const ConvertOptions& options) {
+  const auto name_of = [](const std::string& path) {
+    return path.starts_with(kKurtPrefix) && path.find('/') == std::string::npos
+               ? path
+               : std::filesystem::path(path).filename().string();
+  };
+  std::string text = "sbrdf convert " + name_of(options.in) + " " + name_of(options.out);
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_positional() || option->get_lnames().empty()) continue;
+    const std::string& name = option->get_lnames().front();
+    if (name == "json") continue;
+    text += " --" + name;
+    if (option->get_items_expected_max() > 0) text += " " + option->results().back();
+  }
+  return text;
 }
 
 void print_as_json(const ConvertOptions& options, const Conversion& done) {
@@ -205,6 +250,19 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
       ->each([&options](const std::string&) { options.evaluations_given = true; });
   mark(command.add_flag("--no-mirrors", options.no_mirrors,
                         "Do not use mirror symmetries of the source; a placement by steps never does"));
+  command
+      .add_option("--precision", options.precision,
+                  "Largest relative error of every stored sample, in percent, or lossless [0.1%, or as in a sliced IN]")
+      ->type_name("lossless|P%")
+      ->group("For .sbrdf files");
+  command
+      .add_option(
+          "--chunks", options.chunks,
+          "whole: the smallest file; split: a region can be loaded by itself; auto: split from 65,536 samples on")
+      ->check(CLI::IsMember({"auto", "whole", "split"}))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group("For .sbrdf files");
 }
 
 }  // namespace
@@ -223,9 +281,10 @@ void add_convert(CLI::App& program, int& exit_code) {
       "  sbrdf convert material.sbrdf material.binary\n"
       "  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911 --placement 14/36 --domain linear --refine "
       "measured");
-  command->callback([options, &exit_code] {
+  command->callback([options, command, &exit_code] {
     refuse_contradictions(*options);
     settle_choices(*options);
+    options->slices.command = command_text(*command, *options);
     exit_code = run_convert(*options);
   });
 }

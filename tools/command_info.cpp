@@ -1,12 +1,17 @@
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "codec/chunk_layout.h"
+#include "codec/sliced_reader.h"
+#include "converters/compare.h"
 #include "converters/merl.h"
 #include "converters/slicing.h"
 #include "tools/commands.h"
+#include "tools/files.h"
 #include "tools/sources.h"
 #include "tools/terminal.h"
 
@@ -59,6 +64,7 @@ void add_sliced(const SlicedSource& source, Json& json) {
   json["domain"] = sliced.domain.kind == DomainKind::kLog ? "log" : "linear";
   json["symmetries"] = {{"mirror_x", sliced.frame.symmetries.mirror_x}, {"mirror_y", sliced.frame.symmetries.mirror_y}};
   json["placement"] = placement_of(sliced.frame);
+  json["precision_percent"] = 100 * source.precision();
   json["samples"] = {{"crossings", crossings},
                      {"adaptive", sliced.adaptive_count()},
                      {"guide", sliced.guide_count()},
@@ -111,6 +117,86 @@ void print_as_table(const OpenedSource& opened, const Json& json) {
   table.print();
 }
 
+struct InfoOptions {
+  std::string file;
+  std::string against;
+  bool levels = false;
+  bool json = false;
+};
+
+/// A level of detail: what reading up to it takes, and how far it is from the reference.
+struct LevelRow {
+  int level = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t samples = 0;
+  Comparison error;
+};
+
+// The deepest level that has samples; levels above give the same.
+int deepest_level(const SlicedBrdf& sliced) {
+  int deepest = 0;
+  for (const SamplePosition& place : sliced.positions) deepest = std::max(deepest, level_of(place.fraction));
+  return deepest;
+}
+
+Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(options.file);
+  if (!file) return file.error();
+  const Result<SlicedReader> reader = SlicedReader::open(**file);
+  if (!reader) return reader.error();
+  Result<SlicedBrdf> whole = reader->load_all();
+  if (!whole) return whole.error();
+  const int deepest = deepest_level(*whole);
+  std::unique_ptr<BrdfSource> reference;
+  if (options.against.empty()) {
+    reference = std::make_unique<SlicedSource>(DecodedSliced{*std::move(whole), reader->lattice()});
+  } else {
+    Result<OpenedSource> opened = open_source(options.against);
+    if (!opened) return opened.error();
+    reference = std::move(opened->source);
+  }
+  CompareOptions compare;
+  compare.random_count = 100'000;
+  compare.symmetrise = !reference->traits().reciprocal;
+  std::vector<LevelRow> rows;
+  for (int level = 0; level <= deepest; ++level) {
+    Result<SlicedBrdf> part = reader->load_all(level);
+    if (!part) return part.error();
+    LevelRow row = {level, reader->bytes_up_to(level), part->sample_count(), {}};
+    const SlicedSource test({*std::move(part), reader->lattice()});
+    const Result<Comparison> error = compare_sources(*reference, test, compare);
+    if (!error) return error.error();
+    row.error = *error;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+int run_levels(const InfoOptions& options) {
+  const Result<std::vector<LevelRow>> rows = measure_levels(options);
+  if (!rows) return report_error(options.file, rows.error());
+  Json json = Json::array();
+  Table table;
+  table.add({"level", "samples", "bytes to read", "MRE [%]", "relative L1 [%]"});
+  for (const LevelRow& row : *rows) {
+    json.push_back({{"level", row.level},
+                    {"samples", row.samples},
+                    {"bytes", row.bytes},
+                    {"mre_percent", row.error.mre_percent},
+                    {"rel_l1_percent", row.error.rel_l1_percent}});
+    table.add({std::to_string(row.level), format_count(row.samples), format_count(row.bytes),
+               format_number(row.error.mre_percent), format_number(row.error.rel_l1_percent)});
+  }
+  if (options.json) {
+    print_json(json);
+    return 0;
+  }
+  table.print();
+  print("Errors against " + (options.against.empty() ? "the whole file" : one_line(options.against)) +
+        ", over 100,000 random pairs of the 2-degree grid.\n");
+  return 0;
+}
+
 int run_info(const std::string& file, bool as_json) {
   const Result<OpenedSource> opened = open_source(file);
   if (!opened) return report_error(file, opened.error());
@@ -123,20 +209,24 @@ int run_info(const std::string& file, bool as_json) {
   return 0;
 }
 
-struct InfoOptions {
-  std::string file;
-  bool json = false;
-};
-
 }  // namespace
 
 void add_info(CLI::App& program, int& exit_code) {
   auto* command = program.add_subcommand("info", "Tells what a file holds: format, channels, placement, samples.");
   const auto options = std::make_shared<InfoOptions>();
   command->add_option("FILE", options->file, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
+  auto* levels =
+      command->add_flag("--levels", options->levels, "Of a sliced file: bytes and error of each level of detail");
+  command->add_option("--against", options->against, "With --levels: the source that errors are measured against")
+      ->needs(levels)
+      ->type_name("SOURCE");
   command->add_flag("--json", options->json, "Print JSON");
-  command->footer("Angles are in degrees, sizes in bytes.\n\nExample:\n  sbrdf info material.sbrdf --json");
-  command->callback([options, &exit_code] { exit_code = run_info(options->file, options->json); });
+  command->footer(
+      "Angles are in degrees, sizes in bytes.\n\nExamples:\n  sbrdf info material.sbrdf --json\n"
+      "  sbrdf info fabric112.sbrdf --levels --against kurt:fabric112");
+  command->callback([options, &exit_code] {
+    exit_code = options->levels ? run_levels(*options) : run_info(options->file, options->json);
+  });
 }
 
 }  // namespace sbrdf

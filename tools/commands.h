@@ -12,6 +12,10 @@ void add_info(CLI::App& program, int& exit_code);
 void add_compare(CLI::App& program, int& exit_code);
 void add_eval(CLI::App& program, int& exit_code);
 void add_formats(CLI::App& program, int& exit_code);
+void add_extract(CLI::App& program, int& exit_code);
+void add_pack(CLI::App& program, int& exit_code);
+void add_verify(CLI::App& program, int& exit_code);
+void add_audit(CLI::App& program, int& exit_code);
 void add_stress(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);
 

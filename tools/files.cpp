@@ -1,15 +1,19 @@
 #include "tools/files.h"
 
 #include <fcntl.h>
+#include <openssl/evp.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -43,6 +47,26 @@ class Descriptor {
 
  private:
   int number_;
+};
+
+class MappedSource final : public ByteSource {
+ public:
+  MappedSource(void* first, std::size_t size) : first_(first), size_(size) {}
+  ~MappedSource() override {
+    if (size_ > 0) ::munmap(first_, size_);
+  }
+  MappedSource(const MappedSource&) = delete;
+  MappedSource& operator=(const MappedSource&) = delete;
+
+  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
+    std::copy_n(static_cast<const std::byte*>(first_) + offset, target.size(), target.begin());
+    return ok_status();
+  }
+
+ private:
+  void* first_;
+  std::size_t size_;
 };
 
 std::uint64_t largest_file() {
@@ -158,6 +182,40 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   }
   if (Status read = read_all(file.number(), bytes, S_ISREG(status.st_mode)); !read) return read.error();
   return bytes;
+}
+
+Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) return system_error("cannot be opened");
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0) return system_error("cannot be read");
+  if (!S_ISREG(status.st_mode)) return io_error("is not an ordinary file");
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* first = size == 0 ? nullptr : ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number(), 0);
+  if (first == MAP_FAILED) return system_error("cannot be mapped");
+  return std::unique_ptr<ByteSource>(std::make_unique<MappedSource>(first, size));
+}
+
+std::string sha256_of(const std::filesystem::path& path) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+  if (!file) return {};
+  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
+  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) return {};
+  std::vector<std::byte> piece;
+  for (std::uint64_t offset = 0; offset < (*file)->size(); offset += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, (*file)->size() - offset)));
+    if (!(*file)->read(offset, piece) || EVP_DigestUpdate(context.get(), piece.data(), piece.size()) != 1) return {};
+  }
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned size = 0;
+  if (EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1) return {};
+  std::string text;
+  for (unsigned k = 0; k < size; ++k) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    text += kDigits[digest[k] >> 4U];
+    text += kDigits[digest[k] & 15U];
+  }
+  return text;
 }
 
 Status check_destination(const std::filesystem::path& path) {

@@ -24,7 +24,8 @@ int run(int argc, char** argv) {
   program.set_version_flag("--version", "sbrdf " SBRDF_VERSION);
   program.require_subcommand(1);
   program.footer(
-      "A BRDF is a file, recognised by its content, or kurt:NAME or kurt:FILE.json (see 'sbrdf formats').\n"
+      "A BRDF is a file, recognised by its content, a material BUNDLE.sbrdfz:NAME (see 'sbrdf pack --help'), or\n"
+      "kurt:NAME or kurt:FILE.json (see 'sbrdf formats').\n"
       "Exit codes: 0 ok, 1 usage, 2 reading or writing, 3 invalid file, 4 unsupported, 5 difference above a limit.\n\n"
       "Example:\n  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911");
   int exit_code = 0;
@@ -33,6 +34,10 @@ int run(int argc, char** argv) {
   sbrdf::add_compare(program, exit_code);
   sbrdf::add_eval(program, exit_code);
   sbrdf::add_formats(program, exit_code);
+  sbrdf::add_extract(program, exit_code);
+  sbrdf::add_pack(program, exit_code);
+  sbrdf::add_verify(program, exit_code);
+  sbrdf::add_audit(program, exit_code);
   sbrdf::add_stress(program, exit_code);
   sbrdf::add_reproduce(program, exit_code);
   try {

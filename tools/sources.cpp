@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "converters/format_table.h"
 #include "converters/kurt.h"
 #include "converters/progress.h"
+#include "formats/sbrdf/bundle.h"
 #include "tools/files.h"
 #include "tools/interrupt.h"
 
@@ -36,11 +38,54 @@ Result<OpenedSource> open_kurt(const std::string& name) {
   return opened;
 }
 
+bool exists(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
+
+/// Where the ':' between a bundle, or else any file, and the name of a material in it stands; nothing without a file.
+/// Both may hold others.
+std::optional<std::size_t> find_separator(const std::string& text) {
+  std::optional<std::size_t> other;
+  for (std::size_t at = text.find(':'); at != std::string::npos; at = text.find(':', at + 1)) {
+    const std::string path = text.substr(0, at);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) continue;
+    const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+    if (!file) return at;
+    const auto start = read_range(**file, 0, std::min<std::uint64_t>(kBundleMagic.size(), (*file)->size()));
+    if (start && is_bundle(*start)) return at;
+    if (!other) other = at;
+  }
+  return other;
+}
+
+Result<std::vector<std::byte>> read_material(const std::string& bundle, const std::string& name) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(bundle);
+  if (!file) return file.error();
+  const Result<BundleReader> reader = BundleReader::open(**file);
+  if (!reader) return reader.error();
+  const Result<std::unique_ptr<ByteSource>> material = reader->material(name);
+  if (!material) return material.error();
+  return read_range(**material, 0, (*material)->size());
+}
+
+/// The bytes of what `text` names: a file first, else a material of a bundle.
+Result<std::vector<std::byte>> read_named(const std::string& text) {
+  const auto separator = exists(text) ? std::nullopt : find_separator(text);
+  if (separator) return read_material(text.substr(0, *separator), text.substr(*separator + 1));
+  Result<std::vector<std::byte>> file = read_file(text);
+  if (!file || !is_bundle(*file)) return file;
+  const MemorySource source(*file);
+  const Result<BundleReader> reader = BundleReader::open(source);
+  return reader ? reader->find("").error() : reader.error();
+}
+
 }  // namespace
 
 Result<OpenedSource> open_source(const std::string& text) {
   if (text.starts_with(kKurtPrefix)) return open_kurt(text.substr(kKurtPrefix.size()));
-  const Result<std::vector<std::byte>> file = read_file(text);
+  const Result<std::vector<std::byte>> file = read_named(text);
   if (!file) return file.error();
   Result<std::unique_ptr<BrdfSource>> source = load_source(*file);
   if (!source) return source.error();

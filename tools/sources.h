@@ -19,7 +19,8 @@ struct OpenedSource {
   std::optional<std::uint64_t> bytes;  ///< of the file; none for a built-in model
 };
 
-/// `text` is "kurt:NAME", "kurt:FILE.json", or the path of a file whose format its content tells. "./kurt:x" is a path.
+/// `text` is "kurt:NAME", "kurt:FILE.json", the path of a file whose format its content tells, or
+/// "BUNDLE:MATERIAL". "./kurt:x" is a path.
 [[nodiscard]] Result<OpenedSource> open_source(const std::string& text);
 
 }  // namespace sbrdf

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codec/lattice.h"
+
+namespace sbrdf {
+
+/// How the samples of a file are spread over its chunks: what can be read, and left out, by itself.
+///
+/// Crossings, and the slices of each kind, are gathered in blocks of neighbouring nodes. Samples on slices are further
+/// told apart by the refinement level at which they lie, so that a reader can stop early. specs/sbrdf.md, section 3.
+struct ChunkLayout {
+  static constexpr std::size_t kCrossings = kAxisCount;  ///< behind the four kinds of slices
+
+  /// The lowest level of each piece: begins with 1, rises, at most kMaxLevel.
+  std::vector<std::uint8_t> piece_levels = {1};
+  /// Nodes to a block on each axis of the padded lattice; 0: the whole axis. A slice's own axis has no blocks.
+  std::array<std::array<std::uint32_t, kAxisCount>, kAxisCount + 1> block_nodes{};
+
+  bool operator==(const ChunkLayout&) const = default;
+};
+
+/// A sample half way between crossings is of level 1, at a quarter of level 2, and so on; crossings are of level 0.
+inline constexpr int kMaxLevel = 16;
+[[nodiscard]] int level_of(std::uint32_t fraction);
+
+/// Everything in as few chunks as levels can be told apart with: the smallest file.
+[[nodiscard]] ChunkLayout whole_layout();
+/// Small blocks, for loading a region: about a thousand chunks, more for many samples.
+[[nodiscard]] ChunkLayout split_layout(const Lattice& lattice, std::size_t sample_count);
+
+/// The members of each block, by rising number. Blocks are ordered by their place on axis 3, then 2, 1, 0; those
+/// without a member do not count.
+using Blocks = std::vector<std::vector<std::uint32_t>>;
+
+struct LatticeBlocks {
+  Blocks crossings;
+  std::array<Blocks, kAxisCount> slices;  ///< per kind
+  std::vector<std::uint32_t> block_of_crossing;
+  std::vector<std::uint32_t> block_of_slice;  ///< within its kind
+};
+[[nodiscard]] LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout);
+
+/// The padded lattice point at which each crossing is met first, axis 0 fastest.
+[[nodiscard]] std::vector<std::array<std::uint32_t, kAxisCount>> first_points(const Lattice& lattice);
+
+}  // namespace sbrdf

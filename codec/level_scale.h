@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace sbrdf {
+
+/// Which values a file can hold, as whole numbers: the *levels* that are predicted and coded. Levels rise with the
+/// value, 0 is exactly 0, and level -n is the negative of level n.
+///
+/// Lossless: the bits of the float32, so every finite value has a level. Bounded: a geometric series, `per_octave`
+/// steps to a doubling, so fine that the nearest level is off by no more than `bound` of the value. specs/sbrdf.md,
+/// section 4.
+///
+/// Only additions, multiplications and divisions of doubles are used, in a fixed order: the same levels everywhere.
+class LevelScale {
+ public:
+  /// Every float32 as it is.
+  LevelScale() = default;
+  /// The coarsest scale that keeps `bound` (relative, 1e-6 to 0.5), the last rounding to float32 included, for values
+  /// from 2^-126 to half the largest float.
+  explicit LevelScale(double bound);
+  /// As stored in a file; `per_octave` at least 1, `ratio` in (1, 2].
+  LevelScale(double bound, std::uint32_t per_octave, double ratio, std::int32_t lowest);
+
+  [[nodiscard]] bool lossless() const { return per_octave_ == 0; }
+  [[nodiscard]] double bound() const { return bound_; }  ///< 0 if lossless
+  [[nodiscard]] std::uint32_t per_octave() const { return per_octave_; }
+  [[nodiscard]] double ratio() const { return ratio_; }
+  [[nodiscard]] std::int32_t lowest() const { return lowest_; }
+
+  /// Levels to a doubling, whatever the kind.
+  [[nodiscard]] double levels_per_octave() const { return lossless() ? 8388608.0 : static_cast<double>(per_octave_); }
+
+  /// Makes the smallest magnitude among the values, zeros aside, level 1. Lossless scales stay as they are.
+  void begin_at_smallest(std::span<const float> values);
+
+  /// The nearest level; finite values only.
+  [[nodiscard]] std::int32_t level(float value) const;
+  /// Infinite beyond the range of float32, which levels of values close to its end may round to.
+  [[nodiscard]] float value(std::int32_t level) const;
+
+ private:
+  void make_table();
+  [[nodiscard]] double magnitude(std::int64_t step) const;
+
+  double bound_ = 0;
+  std::uint32_t per_octave_ = 0;
+  double ratio_ = 1;
+  std::int32_t lowest_ = 0;            ///< step of level 1: magnitude ratio^lowest
+  std::vector<double> table_;          ///< ratio^k for k below per_octave
+  std::vector<std::uint32_t> starts_;  ///< for 256 equal parts of [1, 2), the last entry of table_ not above its start
+};
+
+}  // namespace sbrdf

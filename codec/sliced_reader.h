@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "codec/cell_set.h"
+#include "codec/evaluator.h"
+#include "codec/sliced_codec.h"
+#include "codec/sliced_index.h"
+#include "formats/core/byte_source.h"
+
+namespace sbrdf {
+
+/// A part of a sliced BRDF: exact within its cells (up to its level), an error everywhere else. Immutable; one object
+/// serves any number of threads.
+class PartialSliced {
+ public:
+  /// `lattice` must live as long as this.
+  PartialSliced(SlicedBrdf sliced, const Lattice& lattice, CellSet cells);
+
+  /// f_r [1/sr], the same bits as the whole file gives. kUsage for a pair whose cell was not loaded.
+  [[nodiscard]] Status evaluate(const DirectionPair& pair, std::span<float> values) const;
+  [[nodiscard]] bool covers(const DirectionPair& pair) const;
+  /// Samples that were not loaded are left out, crossings among them are 0.
+  [[nodiscard]] const SlicedBrdf& sliced() const { return sliced_; }
+
+ private:
+  SlicedBrdf sliced_;
+  CellSet cells_;
+  Evaluator evaluator_;
+  const Lattice* lattice_;
+};
+
+/// Reads a sliced file bit by bit: `open` takes header and index, everything else reads just the chunks that it needs.
+/// Immutable; all members may be called from several threads at once.
+class SlicedReader {
+ public:
+  /// `source` must live as long as the reader.
+  [[nodiscard]] static Result<SlicedReader> open(const ByteSource& source);
+
+  [[nodiscard]] const SlicedIndex& index() const { return index_; }
+  [[nodiscard]] const Lattice& lattice() const { return lattice_; }
+  [[nodiscard]] const std::string& version() const { return version_; }
+
+  /// The JSON object of how the file came to be; may be empty.
+  [[nodiscard]] Result<std::string> metadata() const;
+
+  /// All samples up to a level (crossings are level 0), with guide and metadata.
+  [[nodiscard]] Result<SlicedBrdf> load_all(int max_level = kMaxLevel) const;
+  /// What the evaluation within some cells needs, without metadata. The reader must outlive it.
+  [[nodiscard]] Result<PartialSliced> load(const CellSet& cells, int max_level = kMaxLevel) const;
+
+  /// Bytes of the file that load_all(max_level) needs, header, index and metadata included.
+  [[nodiscard]] std::uint64_t bytes_up_to(int max_level) const;
+
+ private:
+  SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, std::string version);
+  [[nodiscard]] Result<std::vector<std::byte>> chunk(std::size_t number) const;
+  friend class SlicedLoader;
+
+  const ByteSource* source_;
+  SlicedIndex index_;
+  Lattice lattice_;
+  std::string version_;
+  LatticeBlocks blocks_;
+  CrossingPlan plan_;
+  ChunkOrder order_;
+  std::vector<std::uint64_t> offsets_;  ///< of chunks, one entry more than there are
+};
+
+}  // namespace sbrdf

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+/// Bytes that can be read a range at a time: a file in memory, a mapped file, a connection. All members may be called
+/// from several threads at once.
+class ByteSource {
+ public:
+  ByteSource() = default;
+  ByteSource(const ByteSource&) = delete;
+  ByteSource& operator=(const ByteSource&) = delete;
+  virtual ~ByteSource() = default;
+
+  /// Of the whole source [bytes].
+  [[nodiscard]] virtual std::uint64_t size() const = 0;
+  /// Fills `target` with the bytes from `offset` on; the range lies within `size()`.
+  [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> target) const = 0;
+};
+
+/// Bytes that somebody else keeps, at least for as long as this lives: a file read whole, or mapped.
+class MemorySource final : public ByteSource {
+ public:
+  explicit MemorySource(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), target.size(), target.begin());
+    return ok_status();
+  }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+/// Any way to get at a range of bytes, such as a request over a network.
+class CallbackSource final : public ByteSource {
+ public:
+  using Read = std::function<Status(std::uint64_t offset, std::span<std::byte> target)>;
+  CallbackSource(std::uint64_t size, Read read) : size_(size), read_(std::move(read)) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
+    return read_(offset, target);
+  }
+
+ private:
+  std::uint64_t size_;
+  Read read_;
+};
+
+/// A range of a source, copied.
+[[nodiscard]] inline Result<std::vector<std::byte>> read_range(const ByteSource& source, std::uint64_t offset,
+                                                               std::uint64_t size) {
+  if (offset > source.size() || size > source.size() - offset) {
+    return Error{ErrorCode::kInvalidFile, "truncated: the file ends early", source.size()};
+  }
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  if (Status status = source.read(offset, bytes); !status) return status.error();
+  return bytes;
+}
+
+}  // namespace sbrdf

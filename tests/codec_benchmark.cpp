@@ -1,0 +1,79 @@
+// How fast sliced files are written and read, on one core. Verifies before it times anything.
+//   codec_benchmark FILE.sbrdf ...
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "codec/evaluator.h"
+#include "codec/sliced_codec.h"
+#include "codec/sliced_reader.h"
+
+namespace {
+
+using namespace sbrdf;
+
+/// Median of nine runs [s].
+template <class Run>
+double seconds(const Run& run) {
+  std::vector<double> times;
+  for (int k = 0; k < 9; ++k) {
+    const auto start = std::chrono::steady_clock::now();
+    run();
+    times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  }
+  std::nth_element(times.begin(), times.begin() + 4, times.end());
+  return times[4];
+}
+
+bool same(const SlicedBrdf& a, const SlicedBrdf& b) {
+  return a.crossing_values == b.crossing_values && a.positions == b.positions && a.sample_counts == b.sample_counts &&
+         a.sample_values == b.sample_values && a.guide == b.guide;
+}
+
+bool measure(const char* path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), {});
+  const Result<DecodedSliced> given = decode_sliced(std::as_bytes(std::span(text.data(), text.size())));
+  if (!given) {
+    std::fprintf(stderr, "%s: %s\n", path, given.error().message.c_str());
+    return false;
+  }
+  for (const double precision : {0.0, 0.001, 0.01}) {
+    SlicedBrdf wanted = given->sliced;
+    round_to_precision(wanted, precision);
+    const std::vector<std::byte> bytes = encode_sliced(given->sliced, given->lattice, {precision});
+    const MemorySource source(bytes);
+    const Result<SlicedReader> reader = SlicedReader::open(source);
+    if (!reader || !same(reader->load_all().value(), wanted)) {
+      std::fprintf(stderr, "%s: does not come back\n", path);
+      return false;
+    }
+    const double megabytes =
+        static_cast<double>((wanted.crossing_values.size() + wanted.sample_values.size()) * sizeof(float)) / 1e6;
+    const double encode = seconds([&] { (void)encode_sliced(given->sliced, given->lattice, {precision}); });
+    const double open = seconds([&] { (void)SlicedReader::open(source); });
+    const double decode = seconds([&] { (void)reader->load_all(); });
+    const double memory_copy = seconds([&] {
+      std::vector<float> copy = wanted.crossing_values;
+      copy.insert(copy.end(), wanted.sample_values.begin(), wanted.sample_values.end());
+      (void)std::count(copy.begin(), copy.end(), -1.0F);
+    });
+    std::printf(
+        "%-28s %8.4g %% %8zu bytes  encode %6.1f MB/s  open %7.3f ms  decode %6.1f MB/s  (%.2f ms; copying %.3f ms)\n",
+        path, 100 * precision, bytes.size(), megabytes / encode, 1e3 * open, megabytes / decode, 1e3 * decode,
+        1e3 * memory_copy);
+  }
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool ok = argc > 1;
+  for (int k = 1; k < argc; ++k) ok = measure(argv[k]) && ok;
+  return ok ? 0 : 1;
+}

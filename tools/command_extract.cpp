@@ -1,0 +1,145 @@
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "codec/sliced_cut.h"
+#include "codec/sliced_reader.h"
+#include "converters/compare.h"
+#include "converters/slicing.h"
+#include "tools/commands.h"
+#include "tools/files.h"
+#include "tools/options.h"
+#include "tools/terminal.h"
+
+namespace sbrdf {
+namespace {
+
+struct ExtractOptions {
+  std::string in;
+  std::string out;
+  double theta_max_deg = 90;
+  std::uint64_t level = kMaxLevel;
+  bool json = false;
+};
+
+struct Extraction {
+  std::uint64_t bytes_in = 0;
+  std::uint64_t bytes_read = 0;
+  std::size_t samples_in = 0;
+  std::size_t samples_out = 0;
+  std::size_t bytes_out = 0;
+  Comparison difference;  ///< from the whole, over random directions below the new theta_max
+};
+
+// Errors in the metadata belong to the whole file.
+std::string metadata_of_cut(const std::string& text, const ExtractOptions& options, const Comparison& difference) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(text, nullptr, false);
+  if (!json.is_object()) json = nlohmann::ordered_json::object();
+  if (json.contains("error")) {
+    json["error_of_whole"] = json["error"];
+    json.erase("error");
+  }
+  json["extracted"] = {{"theta_max_deg", options.theta_max_deg},
+                       {"max_level", options.level},
+                       {"difference_from_whole_percent", difference.rel_l1_percent}};
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+Result<Comparison> difference_from_whole(const DecodedSliced& whole, const SlicedBrdf& cut, double theta_max_deg) {
+  CompareOptions options;
+  options.theta_max_deg = theta_max_deg;
+  options.step_deg = theta_max_deg / 40;
+  options.random_count = 20'000;
+  const SlicedSource reference(whole);
+  const SlicedSource test({cut, build_lattice(cut.frame).value()});
+  return compare_sources(reference, test, options);
+}
+
+Result<Extraction> extract(const ExtractOptions& options) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(options.in);
+  if (!file) return file.error();
+  Extraction done;
+  done.bytes_in = (*file)->size();
+  const CallbackSource counted(done.bytes_in, [&](std::uint64_t offset, std::span<std::byte> target) {
+    done.bytes_read += target.size();
+    return (*file)->read(offset, target);
+  });
+  const Result<SlicedReader> reader = SlicedReader::open(counted);
+  if (!reader) return reader.error();
+  const DirectionBox box = {.theta_to = options.theta_max_deg};
+  const Result<PartialSliced> part =
+      reader->load(cells_in(reader->lattice(), box, box), static_cast<int>(options.level));
+  if (!part) return part.error();
+  SlicedBrdf loaded = part->sliced();
+  Result<std::string> metadata = reader->metadata();
+  if (!metadata) return metadata.error();
+  const std::uint64_t needed = done.bytes_read;
+  Result<SlicedBrdf> cut =
+      cut_sliced(loaded, reader->lattice(), {options.theta_max_deg, static_cast<int>(options.level)});
+  if (!cut) return cut.error();
+  Result<SlicedBrdf> whole = reader->load_all();
+  if (!whole) return whole.error();
+  const double theta_max = std::min(options.theta_max_deg, cut->frame.axes[kVertical].nodes_deg.back());
+  const Result<Comparison> difference =
+      difference_from_whole({*std::move(whole), reader->lattice()}, *cut, std::min(theta_max, kThetaMaxDeg));
+  if (!difference) return difference.error();
+  done.difference = *difference;
+  done.bytes_read = needed;
+  cut->metadata = metadata_of_cut(*metadata, options, *difference);
+  done.samples_in = reader->lattice().crossings.size() + reader->index().adaptive_count + reader->index().guide_count;
+  done.samples_out = cut->sample_count();
+  const std::vector<std::byte> bytes =
+      encode_sliced(*cut, build_lattice(cut->frame).value(), {reader->index().scale.bound()});
+  done.bytes_out = bytes.size();
+  if (Status written = write_file_atomically(options.out, bytes); !written) return written.error();
+  return done;
+}
+
+int run_extract(const ExtractOptions& options) {
+  if (Status free = check_destination(options.out); !free) return report_error(options.out, free.error());
+  const Result<Extraction> done = extract(options);
+  if (!done) return report_error(options.in, done.error());
+  if (options.json) {
+    print_json({{"in", options.in},
+                {"bytes_in", done->bytes_in},
+                {"bytes_read", done->bytes_read},
+                {"samples_in", done->samples_in},
+                {"out", options.out},
+                {"bytes_out", done->bytes_out},
+                {"samples_out", done->samples_out},
+                {"difference_mre_percent", done->difference.mre_percent},
+                {"difference_rel_l1_percent", done->difference.rel_l1_percent}});
+    return 0;
+  }
+  Table table;
+  table.add({"read", options.in + ": " + format_count(done->samples_in) + " samples, " + format_count(done->bytes_in) +
+                         " bytes, of which the part needed " + format_count(done->bytes_read)});
+  table.add({"wrote", options.out + ": " + format_count(done->samples_out) + " samples, " +
+                          format_count(done->bytes_out) + " bytes"});
+  table.add({"", "difference from the whole below that theta: relative L1 " +
+                     format_number(done->difference.rel_l1_percent) + " %, MRE " +
+                     format_number(done->difference.mre_percent) + " %, over 20,000 random directions"});
+  table.print();
+  return 0;
+}
+
+}  // namespace
+
+void add_extract(CLI::App& program, int& exit_code) {
+  auto* command = program.add_subcommand("extract", "Writes a smaller sliced file: fewer directions, coarser levels.");
+  const auto options = std::make_shared<ExtractOptions>();
+  command->add_option("IN", options->in, "A sliced file")->required();
+  command->add_option("OUT", options->out, "The sliced file to write")->required();
+  add_number(*command, "--theta-max", options->theta_max_deg, {1, 90}, "DEG",
+             "Both directions below this, in degrees; the file goes on to the next node");
+  add_count(*command, "--level", options->level, {0, kMaxLevel},
+            "Samples up to this level of refinement: 0 crossings only, 1 the middles between them, ...");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "The precision stays that of IN. Values near the largest theta differ a little from IN's, because slices end "
+      "there.\n\nExample:\n  sbrdf extract material.sbrdf part.sbrdf --theta-max 60 --level 3");
+  command->callback([options, &exit_code] { exit_code = run_extract(*options); });
+}
+
+}  // namespace sbrdf
