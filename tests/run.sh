@@ -4,6 +4,7 @@
 #   SBRDF_CTEST_ARGS="-R Merl"  more arguments for ctest
 #   SBRDF_SKIP_INSTALL=1        do not look for missing packages
 #   SBRDF_TEST_DATA=FOLDER      measured files (default: ../shared/data beside this repository)
+#   SBRDF_FUZZ_SECONDS=10       run each fuzzer for so long (default: 0, not at all; 10 with CI=true)
 #   CI=true                     missing measured files are a failure, not a skipped test
 set -uo pipefail
 export LC_ALL=C
@@ -45,6 +46,21 @@ run_preset() {
   return $status
 }
 
+# Each target is one test.
+run_fuzzers() {
+  local seconds=$1 log=build/fuzz.log status=0
+  printf '\n== fuzz: %s seconds for each target\n' "$seconds"
+  if [ "${CI:-}" != true ] && ! command -v clang++-14 > /dev/null; then
+    echo "skipped: the fuzzers need clang++-14"
+    skipped=$((skipped + $(find tests/fuzz/corpus -mindepth 1 -maxdepth 1 -type d | wc -l)))
+    return 0
+  fi
+  ./tests/fuzz/run.sh "$seconds" | tee "$log" || status=1
+  passed=$((passed + $(grep -c '^fuzz .* executions, passed$' "$log")))
+  failed=$((failed + $(grep -c '^fuzz .* executions, failed$' "$log")))
+  return $status
+}
+
 mkdir -p build
 for preset in "${presets[@]}"; do
   if ! run_preset "$preset"; then
@@ -52,6 +68,14 @@ for preset in "${presets[@]}"; do
     echo "$preset: failed" >&2
   fi
 done
+
+fuzz_seconds=0
+[ "${CI:-}" = true ] && fuzz_seconds=10
+fuzz_seconds=${SBRDF_FUZZ_SECONDS:-$fuzz_seconds}
+if [ "$fuzz_seconds" != 0 ] && ! run_fuzzers "$fuzz_seconds"; then
+  broken=1
+  echo "fuzz: failed" >&2
+fi
 
 # A build that broke ran no test: it still counts as a failure.
 [ $broken -eq 1 ] && [ $failed -eq 0 ] && failed=1

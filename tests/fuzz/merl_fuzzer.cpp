@@ -1,0 +1,66 @@
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "converters/merl.h"
+#include "formats/merl/merl.h"
+#include "tests/fuzz/number_mutator.h"
+#include "tests/fuzz/require.h"
+
+// The MERL reader: what it accepts must be written back bit for bit, and a source must evaluate to finite values.
+
+namespace sbrdf::fuzzing {
+namespace {
+
+void evaluate_everywhere(const BrdfSource& source) {
+  constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
+  constexpr std::array kPhi = {0.0, -1.0, kPi, 7.0};
+  for (const double theta_i : kTheta) {
+    for (const double theta_v : kTheta) {
+      for (const double phi : kPhi) {
+        const DirectionPair pair = {{theta_i, 0.5}, {theta_v, phi}};
+        std::array<float, kMerlChannelCount> values{};
+        source.evaluate(std::span(&pair, 1), values);
+        for (const float v : values) require(std::isfinite(v), "a MERL source evaluates to finite values");
+      }
+    }
+  }
+}
+
+void run(const Bytes& bytes) {
+  Result<MerlTable> table = parse_merl(bytes);
+  require(table.ok() == recognises_merl(bytes, bytes.size()), "what is recognised can be parsed");
+  if (!table) return;
+  require(emit_merl(*table) == bytes, "a MERL table is written as it was read");
+  const auto source = MerlSource::make(*std::move(table));
+  if (source) evaluate_everywhere(**source);
+}
+
+// Another shape, with as many values as it asks for.
+std::size_t reshape(std::uint8_t* bytes, std::size_t size, std::size_t max_size, std::minstd_rand& random) {
+  MerlShape shape{};
+  for (auto& count : shape) count = 1 + static_cast<std::uint32_t>(random() % 5);
+  const auto wanted = static_cast<std::size_t>(merl_file_size(shape));
+  if (wanted > max_size) return size;
+  for (std::size_t k = size; k < wanted; ++k) bytes[k] = k >= 40 ? bytes[k - 24] : 0;
+  std::memcpy(bytes, shape.data(), kMerlHeaderSize);
+  return wanted;
+}
+
+}  // namespace
+}  // namespace sbrdf::fuzzing
+
+std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
+  std::minstd_rand random(seed);
+  const auto kind = random() % 8;
+  if (kind < 3) size = LLVMFuzzerMutate(bytes, size, max_size);
+  if (kind == 1 || kind == 3) size = sbrdf::fuzzing::reshape(bytes, size, max_size, random);
+  if (kind > 1) sbrdf::fuzzing::overwrite_number<double>({bytes, size}, sbrdf::kMerlHeaderSize, random);
+  return size;
+}
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  return 0;
+}

@@ -1,0 +1,249 @@
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "codec/cell_set.h"
+#include "codec/entropy.h"
+#include "codec/guide_levels.h"
+#include "codec/sample_coder.h"
+#include "codec/sliced_reader.h"
+#include "formats/core/byte_source.h"
+#include "tests/fuzz/sliced_file.h"
+
+// Chunks whose streams are intact but say anything at all. A changed stream hardly ever ends as it must; so the
+// payloads of the input are taken as scripts of residuals and flags, which are coded into streams that do.
+
+namespace sbrdf::fuzzing {
+namespace {
+
+constexpr std::uint8_t kSomeDistribution = 41;
+constexpr std::uint8_t kSomeFlag = 128;
+constexpr std::size_t kMostSamples = 20'000;
+
+/// What a script says, one number or flag after another. Behind its end all are 0 and no.
+class Script {
+ public:
+  explicit Script(Bytes bytes) : bytes_(std::move(bytes)) {}
+
+  bool flag() {
+    if (bit_ == 0) flags_ = next();
+    const bool value = ((flags_ >> bit_) & 1U) != 0;
+    bit_ = (bit_ + 1) % 8;
+    return value;
+  }
+  // Bytes below 240 are small numbers. Others say how many bits a number has, or that it follows as it is.
+  std::int64_t residual() {
+    const std::uint8_t first = next();
+    if (first == 0) return 0;
+    if (first < 240) return std::int64_t{first} - 120;
+    if (first >= 252) {
+      std::uint32_t bits = 0;
+      for (int k = 0; k < 4; ++k) bits = bits << 8U | next();
+      return first == 252 ? std::int64_t{bits} : -std::int64_t{bits};
+    }
+    const unsigned bits = 8 + 2 * (first - 240U);
+    const std::int64_t value = (std::int64_t{1} << bits) | (std::int64_t{next()} << (bits - 8));
+    return (next() & 1U) != 0 ? -value : value;
+  }
+
+ private:
+  std::uint8_t next() { return at_ < bytes_.size() ? static_cast<std::uint8_t>(bytes_[at_++]) : std::uint8_t{0}; }
+
+  Bytes bytes_;
+  std::size_t at_ = 0;
+  unsigned bit_ = 0;
+  std::uint8_t flags_ = 0;
+};
+
+/// The Io of code_sample that reads a script and writes down what a stream must hold to say the same.
+class ScriptIo {
+ public:
+  static constexpr bool kDecodes = true;
+
+  ScriptIo(const Bytes& script, const SlicedIndex& index) : script_(script), index_(index) {}
+
+  void residual(unsigned context, std::int64_t& value) {
+    value = script_.residual();
+    if (token_of(value).index >= index_.token_count) value = 0;
+    events_.push_back({value, context, false});
+  }
+  void flag(unsigned context, bool& value) {
+    value = script_.flag();
+    events_.push_back({value ? 1 : 0, context, true});
+  }
+  [[nodiscard]] std::int32_t level(std::int64_t level) {
+    constexpr std::int64_t kMost = 0x7FFFFFFF;
+    if (level < -kMost || level > kMost) failed_ = true;
+    return static_cast<std::int32_t>(std::clamp(level, -kMost, kMost));
+  }
+  [[nodiscard]] bool ok() const { return !failed_ && events_.size() < kMostSamples * 8; }
+
+  [[nodiscard]] Bytes stream() const {
+    RansEncoder out;
+    std::map<std::uint8_t, Distribution> distributions;
+    for (auto event = events_.rbegin(); event != events_.rend(); ++event) {
+      if (event->flag) {
+        const std::uint32_t yes = 16U * index_.flags[event->context];
+        event->value != 0 ? out.put(0, yes) : out.put(yes, kProbabilityOne - yes);
+        continue;
+      }
+      const std::uint8_t number = index_.distributions[event->context];
+      const auto found = distributions.try_emplace(number);
+      if (found.second) found.first->second = make_distribution(number, index_.token_count);
+      const Token token = token_of(event->value);
+      out.put_bits(token.bits, token.bit_count);
+      out.put(found.first->second.start[token.index], found.first->second.frequency[token.index]);
+    }
+    return out.finish();
+  }
+
+ private:
+  struct Event {
+    std::int64_t value = 0;
+    unsigned context = 0;
+    bool flag = false;
+  };
+
+  Script script_;
+  const SlicedIndex& index_;
+  std::vector<Event> events_;
+  bool failed_ = false;
+};
+
+/// Makes a file of what scripts say, in the order in which a reader decodes it.
+class ScriptedFile {
+ public:
+  ScriptedFile(SlicedParts parts, const Lattice& lattice)
+      : parts_(std::move(parts)),
+        index_(parts_.index),
+        lattice_(lattice),
+        channels_(index_.channels.size()),
+        blocks_(make_blocks(lattice, index_.layout)),
+        order_(blocks_, index_.layout.piece_levels.size()) {
+    std::ranges::replace(index_.distributions, SlicedIndex::kUnused, kSomeDistribution);
+    std::ranges::replace(index_.flags, std::uint8_t{0}, kSomeFlag);
+  }
+
+  Bytes run() {
+    if (index_.guided) write_guide();
+    write_crossings();
+    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+      for (std::size_t block = 0; block < blocks_.slices[kind].size(); ++block) write_block(kind, block);
+    }
+    index_.adaptive_count = static_cast<std::uint32_t>(sample_count_);
+    find_ranges();
+    return put_together(parts_);
+  }
+
+ private:
+  void write_guide() {
+    Bytes& payload = parts_.payloads[ChunkOrder::kGuide];
+    ScriptIo io(payload, index_);
+    LevelTable nodes;
+    nodes.resize(lattice_.nodes[kVertical].size() * channels_);
+    code_guide_nodes(io, index_.coding(), nodes);
+    SliceLevels state = begin_guide(lattice_, nodes);
+    for (int level = 1; level <= kMaxLevel && io.ok(); ++level) {
+      code_level(
+          io, index_.coding(), level, state,
+          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
+          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
+    }
+    index_.guide_count = static_cast<std::uint32_t>(state.size());
+    payload = io.stream();
+  }
+
+  void write_crossings() {
+    const CrossingPlan plan = plan_crossings(lattice_, blocks_);
+    crossings_.resize(lattice_.crossings.size() * channels_);
+    for (std::uint32_t block = 0; block < blocks_.crossings.size(); ++block) {
+      Bytes& payload = parts_.payloads[order_.crossings(block)];
+      ScriptIo io(payload, index_);
+      code_crossings(io, index_.coding(), plan, block, crossings_);
+      payload = io.stream();
+    }
+  }
+
+  struct Piece {
+    ScriptIo io;
+    std::size_t number = 0;
+    std::pair<int, int> levels;
+  };
+
+  void write_block(std::size_t kind, std::size_t block) {
+    std::vector<Piece> pieces;
+    for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
+      const std::size_t number = order_.slices(piece, kind, block);
+      if (parts_.payloads[number].empty()) continue;
+      pieces.push_back({ScriptIo(parts_.payloads[number], index_), number, levels_of_piece(index_.layout, piece)});
+    }
+    for (const std::uint32_t k : blocks_.slices[kind][block]) {
+      if (!write_slice(k, pieces)) break;
+    }
+    for (const Piece& piece : pieces) parts_.payloads[piece.number] = piece.io.stream();
+  }
+
+  // False when it is enough, or too much for a reader.
+  bool write_slice(std::uint32_t k, std::vector<Piece>& pieces) {
+    const Slice& slice = lattice_.slices[k];
+    begin_slice(lattice_, slice, crossings_, channels_, state_);
+    const std::size_t known = state_.size();
+    for (Piece& piece : pieces) {
+      for (int level = piece.levels.first; level < piece.levels.second; ++level) {
+        code_level(
+            piece.io, index_.coding(), level, state_,
+            [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
+            CodingContext::kSampleBase, CodingContext::kSampleOther);
+        if (!piece.io.ok() || sample_count_ + state_.size() - known > kMostSamples) return false;
+      }
+    }
+    sample_count_ += state_.size() - known;
+    return true;
+  }
+
+  // Those of the values that a reader finds, so that it accepts the file.
+  void find_ranges() {
+    const Bytes file = put_together(parts_);
+    const MemorySource source(file);
+    const Result<SlicedReader> reader = SlicedReader::open(source);
+    if (!reader) return;
+    CellSet all(reader->lattice());
+    all.add_all();
+    const Result<PartialSliced> loaded = reader->load(all);
+    if (!loaded) return;
+    SlicedBrdf sliced = loaded->sliced();
+    sliced.whole_ranges.clear();
+    index_.ranges = value_ranges(sliced);
+  }
+
+  SlicedParts parts_;
+  SlicedIndex& index_;
+  const Lattice& lattice_;
+  std::size_t channels_;
+  LatticeBlocks blocks_;
+  ChunkOrder order_;
+  LevelTable crossings_;
+  SliceLevels state_;
+  std::size_t sample_count_ = 0;
+};
+
+void run(const Bytes& bytes) {
+  const MemorySource source(bytes);
+  const Result<SlicedReader> reader = SlicedReader::open(source);
+  std::optional<SlicedParts> parts = take_apart(bytes);
+  if (!reader || !parts) return;
+  exercise_sliced(ScriptedFile(*std::move(parts), reader->lattice()).run());
+}
+
+}  // namespace
+}  // namespace sbrdf::fuzzing
+
+std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
+  return sbrdf::fuzzing::mutate_sliced(bytes, size, max_size, seed);
+}
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  return 0;
+}
