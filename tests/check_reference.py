@@ -93,6 +93,15 @@ def check_rules(root, rejected):
         yield f"specs/sbrdf.md: has no [{clause}], which a vector breaks"
 
 
+def check_worked_example(root):
+    """The hexadecimal dump in the specification is the file that it names."""
+    text = (root / "specs" / "sbrdf.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^([0-9a-f]{8}): ([0-9a-f ]+)$", text, re.MULTILINE)
+    dumped = bytes.fromhex("".join(digits.replace(" ", "") for _, digits in lines))
+    if dumped != (root / "tests" / "vectors" / "sbrdf" / "accept" / "worked-example.sbrdf").read_bytes():
+        yield "specs/sbrdf.md: the worked example is not the file in tests/vectors"
+
+
 def check_command_line(root, path, expected_code, expected_message):
     program = root / "specs" / "reference" / "sbrdf_reference.py"
     done = subprocess.run([sys.executable, "-B", program, path], capture_output=True, text=True, check=False)
@@ -118,6 +127,7 @@ def problems(root, reference, program):
                 for problem in check(reference, program, path, pathlib.Path(name)):
                     yield f"{path.parent.name}/{path.name}: {problem}"
     yield from check_rules(root, rejected)
+    yield from check_worked_example(root)
     folder = rejected[0].parent
     yield from check_command_line(root, accepted[0], 0, "")
     yield from check_command_line(root, folder / "SB-1-1-magic.sbrdf", 3, "[SB-1-1]")
