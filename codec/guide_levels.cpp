@@ -43,7 +43,7 @@ void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& c
                  SliceLevels& state) {
   const auto nodes = lattice.nodes_of(slice);
   state.boundary = slice.boundary;
-  state.end_deg = slice.start_deg + slice.length_deg;
+  state.length_deg = slice.length_deg;
   state.deepest = 0;
   state.places.resize(nodes.size());
   state.positions_deg.resize(nodes.size());
@@ -62,7 +62,6 @@ void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& c
 SliceLevels begin_guide(const Lattice& lattice, const LevelTable& nodes) {
   SliceLevels state;
   state.positions_deg = lattice.nodes[kVertical];
-  state.end_deg = state.positions_deg.back();
   state.depths.assign(state.positions_deg.size(), 0);
   for (std::uint32_t k = 0; k < state.positions_deg.size(); ++k) state.places.push_back({k, 0});
   state.table = nodes;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +32,7 @@ double root_of_two(std::uint32_t n) {
 }  // namespace
 
 LevelScale::LevelScale(double bound) : bound_(bound) {
+  assert(bound >= kFinestBound && bound <= kCoarsestBound);
   // Two neighbours g and g ratio: the value between them that is as far from both, as a part of itself, is off by
   // (ratio - 1) / (ratio + 1).
   const double left = bound - kFloatRounding;

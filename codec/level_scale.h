@@ -7,6 +7,10 @@
 
 namespace sbrdf {
 
+/// Relative bounds that a LevelScale can be made for.
+inline constexpr double kFinestBound = 1e-6;
+inline constexpr double kCoarsestBound = 0.5;
+
 /// Which values a file can hold, as whole numbers: the *levels* that are predicted and coded. Levels rise with the
 /// value, 0 is exactly 0, and level -n is the negative of level n.
 ///
@@ -19,8 +23,8 @@ class LevelScale {
  public:
   /// Every float32 as it is.
   LevelScale() = default;
-  /// The coarsest scale that keeps `bound` (relative, 1e-6 to 0.5), the last rounding to float32 included, for values
-  /// from 2^-126 to half the largest float.
+  /// The coarsest scale that keeps `bound` (relative, kFinestBound to kCoarsestBound), the last rounding to float32
+  /// included, for values from 2^-126 to half the largest float.
   explicit LevelScale(double bound);
   /// As stored in a file; `per_octave` at least 1, `ratio` in (1, 2].
   LevelScale(double bound, std::uint32_t per_octave, double ratio, std::int32_t lowest);

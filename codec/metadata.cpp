@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <memory>
+#include <new>
 
 namespace sbrdf {
 namespace {
@@ -33,8 +34,10 @@ std::vector<std::byte> pack_metadata(std::string_view text) {
   const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
   const std::string_view dictionary = metadata_dictionary();
   std::vector<std::byte> packed(ZSTD_compressBound(text.size()));
-  packed.resize(ZSTD_compress_usingDict(context.get(), packed.data(), packed.size(), text.data(), text.size(),
-                                        dictionary.data(), dictionary.size(), kLevel));
+  const std::size_t size = ZSTD_compress_usingDict(context.get(), packed.data(), packed.size(), text.data(),
+                                                   text.size(), dictionary.data(), dictionary.size(), kLevel);
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the only way it can fail
+  packed.resize(size);
   return packed;
 }
 

@@ -50,9 +50,8 @@ Stencil stencil_around(const SliceLevels& slice, std::size_t known, std::size_t 
       position = slice.positions_deg[static_cast<std::size_t>(member)];
     } else if (slice.boundary == Boundary::kPeriodic) {
       member = (index % n + n) % n;
-      const double length = slice.end_deg - slice.positions_deg.front();
-      position =
-          slice.positions_deg[static_cast<std::size_t>(member)] + static_cast<double>((index - member) / n) * length;
+      position = slice.positions_deg[static_cast<std::size_t>(member)] +
+                 static_cast<double>((index - member) / n) * slice.length_deg;
     } else {
       member = index < 0 ? -index : 2 * (n - 1) - index;
       if (slice.boundary == Boundary::kBounded || member < 0 || member >= n) continue;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cfloat>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -13,7 +14,14 @@
 #include "codec/entropy.h"
 #include "codec/slice_table.h"
 
+#ifdef __FAST_MATH__
+#error "levels must have the same bits everywhere: no -ffast-math"
+#endif
+
 namespace sbrdf {
+
+static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559,
+              "levels must have the same bits everywhere: IEEE 754, each operation rounded to double");
 
 // Prediction of levels (see LevelScale), and the walk over crossings and slices that encoder and decoder share.
 // specs/sbrdf.md, sections 6 and 7.
@@ -201,7 +209,7 @@ void code_crossings(Io& io, const CodingParameters& coding, const CrossingPlan& 
 /// A slice while its samples are coded level by level. Made for one slice after the other: memory is kept.
 struct SliceLevels {
   Boundary boundary = Boundary::kBounded;
-  double end_deg = 0;  ///< start + length
+  double length_deg = 0;  ///< the period of a periodic slice
   std::vector<SamplePosition> places;
   std::vector<double> positions_deg;
   std::vector<std::uint8_t> depths;  ///< refinement level of each sample, 0 for crossings

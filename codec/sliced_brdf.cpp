@@ -22,6 +22,12 @@ Status check_sizes(const SlicedBrdf& sliced, const Lattice& lattice) {
     return invalid(std::to_string(sliced.channels.size()) + " channels; 1 to 4096 can be stored");
   }
   if (sliced.metadata.size() > kMaxMetadataSize) return invalid("metadata of more than 2^24 bytes");
+  std::size_t name_bytes = 0;
+  for (const std::string& name : sliced.channels) name_bytes += name.size();
+  if (name_bytes > kMaxChannelNames) return invalid("channel names of more than 2^20 bytes");
+  if (sliced.adaptive_count() > kMaxAdaptiveCount || sliced.guide_count() > kMaxGuideCount) {
+    return invalid("more than 2^26 samples, or 2^20 of a guide");
+  }
   const std::size_t channels = sliced.channel_count();
   if (sliced.crossing_values.size() != lattice.crossings.size() * channels) {
     return invalid("the frame has " + std::to_string(lattice.crossings.size()) + " crossings of " +

@@ -42,6 +42,9 @@ struct Guide {
 /// What a file can hold.
 inline constexpr std::size_t kMaxChannels = 4096;
 inline constexpr std::size_t kMaxMetadataSize = std::size_t{1} << 24U;
+inline constexpr std::size_t kMaxAdaptiveCount = std::size_t{1} << 26U;
+inline constexpr std::size_t kMaxGuideCount = std::size_t{1} << 20U;
+inline constexpr std::size_t kMaxChannelNames = std::size_t{1} << 20U;  ///< bytes of all names together
 
 /// Bounds of the values of one channel [1/sr].
 struct ValueRange {

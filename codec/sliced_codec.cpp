@@ -71,7 +71,9 @@ bool apply_scale(const LevelScale& scale, double bound, const std::vector<float>
 
 Scaled scale_values(const SlicedBrdf& sliced, double precision) {
   Scaled scaled;
-  if (precision > 0) {
+  // A bound out of a file may be one that no scale is made for.
+  if (precision >= kFinestBound) {
+    precision = std::min(precision, kCoarsestBound);
     scaled.scale = LevelScale(precision);
     std::vector<float> smallest;
     for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
@@ -93,7 +95,7 @@ Scaled scale_values(const SlicedBrdf& sliced, double precision) {
 
 using Histograms = std::array<std::array<std::uint32_t, Token::kCount>, CodingContext::kResidualCount>;
 
-// Cost of every token under every distribution of the family, made once for each number of tokens.
+// Cost of every token under every distribution of the family.
 class FamilyCosts {
  public:
   explicit FamilyCosts(unsigned token_count) {

@@ -37,7 +37,8 @@ struct EncodeOptions {
 };
 
 /// The bytes of a sliced BRDF file (specs/sbrdf.md). `sliced` has passed check_sliced with `lattice`, which is that of
-/// its frame. The same input gives the same bytes on any machine.
+/// its frame. The same input gives the same bytes on any machine; only the chunk
+/// of metadata depends on the version of zstd.
 [[nodiscard]] std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced, const Lattice& lattice,
                                                    const EncodeOptions& options = {});
 
@@ -48,7 +49,7 @@ struct CodingCost {
 };
 [[nodiscard]] CodingCost coding_cost(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options);
 
-/// The inverse. What comes back has passed check_frame and check_sliced.
+/// The inverse. What comes back satisfies check_frame and check_sliced.
 [[nodiscard]] Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes);
 
 /// What a file of that precision would give back, without making one: for judging an error before it is written.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "codec/chunk_layout.h"
 #include "codec/lattice.h"
 #include "codec/sliced_brdf.h"
 #include "formats/core/result.h"
@@ -9,7 +10,7 @@ namespace sbrdf {
 /// A smaller sliced BRDF out of a larger one, without measuring anything again.
 struct CutOptions {
   double theta_max_deg = 90;  ///< of both directions; the frame ends at its first node at or above
-  int max_level = 16;         ///< samples above this refinement level are left out; 0: crossings only
+  int max_level = kMaxLevel;  ///< samples above this refinement level are left out; 0: crossings only
 };
 
 /// The frame that remains: polar nodes up to the first at or above theta_max.

@@ -8,7 +8,6 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::uint32_t kMaxAdaptive = 1U << 26U;
 constexpr std::uint32_t kMaxPerOctave = 1U << 20U;
 
 enum SymmetryBits : std::uint8_t { kIsotropicBit = 1, kMirrorXBit = 2, kMirrorYBit = 4 };
@@ -329,12 +328,12 @@ Result<SlicedIndex> parse_index(std::span<const std::byte> bytes, bool newer_min
     index.guide_ratio = in.f64();
     index.guide_count = take_count(in);
     if (in.ok() && (index.frame.id != FrameId::kHalfDifference || index.domain.kind != DomainKind::kLog ||
-                    !(index.guide_ratio >= 1e-3 && index.guide_ratio <= 1e3) || index.guide_count > (1U << 20U))) {
+                    !(index.guide_ratio >= 1e-3 && index.guide_ratio <= 1e3) || index.guide_count > kMaxGuideCount)) {
       return refuse("SB-2-9", "a guide needs the half/difference frame, the log domain and a ratio in [0.001, 1000]");
     }
   }
   index.adaptive_count = take_count(in);
-  if (in.ok() && index.adaptive_count > kMaxAdaptive) return refuse("SB-2-14", "more than 2^26 samples");
+  if (in.ok() && index.adaptive_count > kMaxAdaptiveCount) return refuse("SB-2-14", "more than 2^26 samples");
   if (Status status = take_scale(in, index.scale); !status) return status.error();
   if (Status status = take_coding(in, index); !status) return status.error();
   if (Status status = take_layout(in, index.layout); !status) return status.error();

@@ -42,7 +42,7 @@ struct SlicedIndex {
   [[nodiscard]] CodingParameters coding() const;
 };
 
-/// Guides and metadata first, then crossings by block, then per piece the slices of each kind by block.
+/// Metadata and guide first, then crossings by block, then per piece the slices of each kind by block.
 struct ChunkOrder {
   explicit ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces);
 

@@ -100,7 +100,7 @@ class SlicedLoader {
   SlicedLoader(const SlicedReader& reader, int max_level)
       : reader_(reader),
         index_(reader.index_),
-        lattice_(reader.lattice_),
+        lattice_(*reader.lattice_),
         channels_(index_.channels.size()),
         coding_(index_.coding()),
         max_level_(max_level),
@@ -377,8 +377,11 @@ class SlicedLoader {
   SlicedBrdf sliced_;
 };
 
-PartialSliced::PartialSliced(SlicedBrdf sliced, const Lattice& lattice, CellSet cells)
-    : sliced_(std::move(sliced)), cells_(std::move(cells)), evaluator_(sliced_, lattice), lattice_(&lattice) {}
+PartialSliced::PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> lattice, CellSet cells)
+    : sliced_(std::move(sliced)),
+      cells_(std::move(cells)),
+      evaluator_(sliced_, *lattice),
+      lattice_(std::move(lattice)) {}
 
 bool PartialSliced::covers(const DirectionPair& pair) const { return cells_.contains(cell_of(*lattice_, pair)); }
 
@@ -388,13 +391,14 @@ Status PartialSliced::evaluate(const DirectionPair& pair, std::span<float> value
   return ok_status();
 }
 
-SlicedReader::SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, std::string version)
+SlicedReader::SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, LatticeBlocks blocks,
+                           std::string version)
     : source_(&source),
       index_(std::move(index)),
-      lattice_(std::move(lattice)),
+      lattice_(std::make_shared<const Lattice>(std::move(lattice))),
       version_(std::move(version)),
-      blocks_(make_blocks(lattice_, index_.layout)),
-      plan_(plan_crossings(lattice_, blocks_)),
+      blocks_(std::move(blocks)),
+      plan_(plan_crossings(*lattice_, blocks_)),
       order_(blocks_, index_.layout.piece_levels.size()) {}
 
 Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
@@ -414,11 +418,13 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
     error.message = "[SB-2-4] " + error.message;
     return error;
   }
-  SlicedReader reader(source, std::move(index).value(), std::move(lattice).value(), head->version());
-  if (reader.index_.chunk_sizes.size() != reader.order_.count()) {
-    return refuse("SB-3-1", "the index lists " + std::to_string(reader.index_.chunk_sizes.size()) +
-                                " chunks, its frame and layout have " + std::to_string(reader.order_.count()));
+  LatticeBlocks blocks = make_blocks(*lattice, index->layout);
+  const std::size_t chunk_count = ChunkOrder(blocks, index->layout.piece_levels.size()).count();
+  if (index->chunk_sizes.size() != chunk_count) {
+    return refuse("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
+                                " chunks, its frame and layout have " + std::to_string(chunk_count));
   }
+  SlicedReader reader(source, std::move(index).value(), std::move(lattice).value(), std::move(blocks), head->version());
   if (reader.index_.metadata_size == 0 && reader.index_.chunk_sizes[ChunkOrder::kMetadata] != 0) {
     return refuse("SB-8-5", "a chunk of metadata, but no metadata");
   }
@@ -481,13 +487,12 @@ Result<PartialSliced> SlicedReader::load(const CellSet& cells, int max_level) co
 }
 
 std::uint64_t SlicedReader::bytes_up_to(int max_level) const {
-  std::uint64_t bytes = offsets_[order_.crossings(0)] - offsets_[0];
-  bytes += offsets_[order_.crossings(blocks_.crossings.size())] - offsets_[order_.crossings(0)];
+  std::size_t end = order_.crossings(blocks_.crossings.size());
   for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
     if (index_.layout.piece_levels[piece] > max_level) break;
-    bytes = offsets_[std::min(order_.slices(piece, 0, 0) + order_.per_piece(), order_.count())] - offsets_[0];
+    end = order_.slices(piece, 0, 0) + order_.per_piece();
   }
-  return bytes + offsets_[0];
+  return offsets_[end];
 }
 
 }  // namespace sbrdf

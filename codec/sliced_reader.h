@@ -18,8 +18,7 @@ namespace sbrdf {
 /// serves any number of threads.
 class PartialSliced {
  public:
-  /// `lattice` must live as long as this.
-  PartialSliced(SlicedBrdf sliced, const Lattice& lattice, CellSet cells);
+  PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> lattice, CellSet cells);
 
   /// f_r [1/sr], the same bits as the whole file gives. kUsage for a pair whose cell was not loaded.
   [[nodiscard]] Status evaluate(const DirectionPair& pair, std::span<float> values) const;
@@ -31,7 +30,7 @@ class PartialSliced {
   SlicedBrdf sliced_;
   CellSet cells_;
   Evaluator evaluator_;
-  const Lattice* lattice_;
+  std::shared_ptr<const Lattice> lattice_;
 };
 
 /// Reads a sliced file bit by bit: `open` takes header and index, everything else reads just the chunks that it needs.
@@ -42,7 +41,7 @@ class SlicedReader {
   [[nodiscard]] static Result<SlicedReader> open(const ByteSource& source);
 
   [[nodiscard]] const SlicedIndex& index() const { return index_; }
-  [[nodiscard]] const Lattice& lattice() const { return lattice_; }
+  [[nodiscard]] const Lattice& lattice() const { return *lattice_; }
   [[nodiscard]] const std::string& version() const { return version_; }
 
   /// The JSON object of how the file came to be; may be empty.
@@ -50,20 +49,20 @@ class SlicedReader {
 
   /// All samples up to a level (crossings are level 0), with guide and metadata.
   [[nodiscard]] Result<SlicedBrdf> load_all(int max_level = kMaxLevel) const;
-  /// What the evaluation within some cells needs, without metadata. The reader must outlive it.
+  /// What the evaluation within some cells needs, without metadata.
   [[nodiscard]] Result<PartialSliced> load(const CellSet& cells, int max_level = kMaxLevel) const;
 
   /// Bytes of the file that load_all(max_level) needs, header, index and metadata included.
   [[nodiscard]] std::uint64_t bytes_up_to(int max_level) const;
 
  private:
-  SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, std::string version);
+  SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, LatticeBlocks blocks, std::string version);
   [[nodiscard]] Result<std::vector<std::byte>> chunk(std::size_t number) const;
   friend class SlicedLoader;
 
   const ByteSource* source_;
   SlicedIndex index_;
-  Lattice lattice_;
+  std::shared_ptr<const Lattice> lattice_;
   std::string version_;
   LatticeBlocks blocks_;
   CrossingPlan plan_;

@@ -1,5 +1,7 @@
 #include "converters/format_table.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -7,6 +9,7 @@
 #include <cstdio>
 
 #include "converters/merl.h"
+#include "converters/metadata_json.h"
 #include "converters/reciprocity.h"
 #include "converters/rgl.h"
 #include "formats/sbrdf/container.h"
@@ -92,11 +95,28 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, std::vector<Remark>
   remark_count(remarks, "negative_values", report.negative_values, "sampled values are negative, kept");
 }
 
+// The errors that the metadata state were measured before the copy was rounded.
+std::string metadata_of_copy(const std::string& text, double precision) {
+  nlohmann::ordered_json json = parse_metadata(text);
+  if (!json.is_object()) return text;
+  if (json.contains("error") && !json.contains("error_before_rounding")) {
+    json["error_before_rounding"] = json["error"];
+    json.erase("error");
+  }
+  if (const auto before = json.find("precision_percent"); before != json.end() && *before != 0.0) {
+    json["coded_before_percent"].push_back(*before);
+  }
+  json["precision_percent"] = 100 * precision;
+  return emit_metadata(json);
+}
+
 Result<SavedFile> save_sliced(const BrdfSource& source, const SaveOptions& options, const Progress& progress) {
   SavedFile saved;
   if (const auto* sliced = dynamic_cast<const SlicedSource*>(&source); sliced && !options.slices) {
-    saved.bytes = encode_sliced(sliced->sliced(), sliced->lattice(),
-                                options.copy_encoding.value_or(EncodeOptions{sliced->precision()}));
+    SlicedBrdf copy = sliced->sliced();
+    const double precision = options.copy_precision.value_or(sliced->precision());
+    if (precision != sliced->precision()) copy.metadata = metadata_of_copy(copy.metadata, precision);
+    saved.bytes = encode_sliced(copy, sliced->lattice(), {precision, options.copy_chunks});
     saved.remarks.push_back({"copied", 1, "copied without sampling again"});
     return saved;
   }

@@ -24,8 +24,9 @@ struct Remark {
 
 /// What the writers may be told. Each uses the part that concerns it.
 struct SaveOptions {
-  std::optional<SliceOptions> slices;  ///< not given: a sliced source is copied as it is, others use the defaults
-  std::optional<EncodeOptions> copy_encoding;  ///< for such a copy; not given: the precision that the source has
+  std::optional<SliceOptions> slices;    ///< not given: a sliced source is copied as it is, others use the defaults
+  std::optional<double> copy_precision;  ///< of such a copy; not given: that of the source
+  ChunkSize copy_chunks = ChunkSize::kAuto;
   std::optional<MerlShape> merl_shape;  ///< not given: a MERL source is copied bit for bit, others get kMerlShape
 };
 

@@ -198,8 +198,11 @@ class Slicer {
     return slicing;
   }
 
+  // Of what a file gives back, not of what was measured.
   [[nodiscard]] double error_of(const Slicing& slicing, const HeldBack& held_back) const {
-    return objective_value(judge(Evaluator(slicing.sliced, slicing.lattice), held_back), objective());
+    SlicedBrdf coded = slicing.sliced;
+    round_to_precision(coded, options_.encoding.precision);
+    return objective_value(judge(Evaluator(coded, slicing.lattice), held_back), objective());
   }
 
   Result<Slicing> fewest_samples() {

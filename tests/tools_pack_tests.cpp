@@ -139,7 +139,7 @@ TEST_F(Pack, NamesABadFileAndWritesNothing) {
   expect_failure(pack(), 3, file("velvet"), "[SB-1-1]");
   std::filesystem::remove(file("velvet"));
   std::filesystem::create_directory(file("velvet"));
-  expect_failure(pack(), 2, file("velvet"), "directory");
+  expect_failure(pack(), 2, file("velvet"), "not an ordinary file");
   std::filesystem::remove(file("velvet"));
   const std::string unreadable = folder_ + "/\xff.sbrdf";
   std::filesystem::copy(file("wood"), unreadable);

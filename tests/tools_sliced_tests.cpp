@@ -43,6 +43,45 @@ TEST(Precision, OfACopyIsThatOfTheFileOrWhatIsAskedFor) {
   EXPECT_EQ(read_text(again), read_text(copy)) << "a copy of a bounded file changes nothing";
 }
 
+TEST(Precision, OfACopyStaysWhenOnlyItsChunksChange) {
+  const ScratchFolder folder;
+  const std::string lossless = sampled(folder, {"--precision", "lossless"});
+  const std::string split = folder / "split.sbrdf";
+  ASSERT_EQ(run_sbrdf({"convert", lossless, split, "--chunks", "split"}).exit_code, 0);
+  EXPECT_DOUBLE_EQ(run_sbrdf({"info", split, "--json"}).json()["precision_percent"], 0);
+  EXPECT_EQ(run_sbrdf({"compare", lossless, split, "--random", "500", "--max-mre", "0"}).exit_code, 0);
+}
+
+TEST(Precision, OfACoarserCopyTakesTheOldErrorsOutOfTheMetadata) {
+  const ScratchFolder folder;
+  const std::string coarse = folder / "coarse.sbrdf";
+  ASSERT_EQ(run_sbrdf({"convert", sampled(folder), coarse, "--precision", "20%"}).exit_code, 0);
+  const auto metadata = run_sbrdf({"info", coarse, "--json"}).json()["metadata"];
+  EXPECT_FALSE(metadata.contains("error"));
+  EXPECT_TRUE(metadata.contains("error_before_rounding"));
+  EXPECT_DOUBLE_EQ(metadata["precision_percent"], 20);
+  EXPECT_DOUBLE_EQ(metadata["coded_before_percent"][0], 0.1);
+}
+
+TEST(Precision, CountsTowardsATarget) {
+  const ScratchFolder folder;
+  const std::string file = folder / "a.sbrdf";
+  const ProgramRun run = run_sbrdf(
+      {"convert", "kurt:wood01", file, "--target-mre", "2", "--precision", "2%", "--placement", "14/36", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LE(run_sbrdf({"info", file, "--json"}).json()["metadata"]["error"]["mre_percent"], 2);
+}
+
+TEST(Precision, IsAMatterOfSlicedFiles) {
+  const ScratchFolder folder;
+  for (const auto& option : {std::vector<std::string>{"--precision", "1%"}, {"--chunks", "split"}}) {
+    std::vector<std::string> command = {"convert", "kurt:wood01", folder / "a.binary"};
+    command.insert(command.end(), option.begin(), option.end());
+    EXPECT_EQ(run_sbrdf(command).exit_code, 1);
+  }
+  EXPECT_TRUE(folder.entries().empty());
+}
+
 TEST(Precision, RefusesWhatIsNoPrecision) {
   const ScratchFolder folder;
   for (const char* text : {"0", "-1%", "nan", "60%", "0.1 %", "low", "%", ""}) {
@@ -113,6 +152,27 @@ TEST(Extract, WritesASmallerFileThatAgreesBelowItsTheta) {
   EXPECT_EQ(run_sbrdf({"verify", part}).exit_code, 0);
 }
 
+TEST(Extract, WorksForEveryThetaItTakes) {
+  const ScratchFolder folder;
+  const std::string file = sampled(folder);
+  const std::string part = folder / "part.sbrdf";
+  for (const char* theta : {"1", "3.5", "90"}) {
+    EXPECT_EQ(run_sbrdf({"extract", file, part, "--theta-max", theta}).exit_code, 0) << theta;
+  }
+}
+
+TEST(Extract, OfAPartKeepsTheLimitsOfThePart) {
+  const ScratchFolder folder;
+  const std::string part = folder / "part.sbrdf";
+  ASSERT_EQ(run_sbrdf({"extract", sampled(folder), part, "--theta-max", "40", "--level", "1"}).exit_code, 0);
+  const std::string again = folder / "again.sbrdf";
+  ASSERT_EQ(run_sbrdf({"extract", part, again, "--theta-max", "80"}).exit_code, 0);
+  const auto metadata = run_sbrdf({"info", again, "--json"}).json()["metadata"];
+  EXPECT_EQ(metadata["extracted"]["theta_max_deg"], 40);
+  EXPECT_EQ(metadata["extracted"]["max_level"], 1);
+  EXPECT_EQ(metadata["extracted_before"].size(), 1U);
+}
+
 TEST(Extract, LeavesOutFinerLevels) {
   const ScratchFolder folder;
   const std::string file = sampled(folder);
@@ -132,6 +192,7 @@ TEST(Extract, LeavesNothingBehindWhenItFails) {
   const std::string file = sampled(folder);
   EXPECT_EQ(run_sbrdf({"extract", file, folder / "out.sbrdf", "--theta-max", "0"}).exit_code, 1);
   EXPECT_EQ(run_sbrdf({"extract", file, folder / "out.sbrdf", "--level", "17"}).exit_code, 1);
+  EXPECT_EQ(run_sbrdf({"extract", file, folder / "out.binary"}).exit_code, 1);
   EXPECT_EQ(run_sbrdf({"extract", file, folder / "no-folder/out.sbrdf"}).exit_code, 2);
   EXPECT_THAT(folder.entries(), testing::ElementsAre("fabric112.sbrdf", "text.sbrdf"));
 }
@@ -184,7 +245,8 @@ TEST(Audit, StatesSizesThatFilesHave) {
   EXPECT_EQ(row["lossless_bytes"], std::filesystem::file_size(file));
   const std::string bounded = folder / "bounded.sbrdf";
   ASSERT_EQ(run_sbrdf({"convert", file, bounded, "--precision", "0.1%"}).exit_code, 0);
-  EXPECT_EQ(row["tenth_percent_bytes"], std::filesystem::file_size(bounded));
+  constexpr double kMetadata = 40;  // a copy says in its metadata that it is one
+  EXPECT_NEAR(row["tenth_percent_bytes"], static_cast<double>(std::filesystem::file_size(bounded)), kMetadata);
   EXPECT_LT(row["one_percent_bytes"], row["tenth_percent_bytes"]);
   EXPECT_LT(row["entropy_bytes"], row["stream_bytes"]);
   EXPECT_THAT(read_text(csv), HasSubstr("fabric112.sbrdf\",2000,6000,"));

@@ -57,7 +57,7 @@ nlohmann::ordered_json as_json(const StorageRow& row) {
           {"entropy_bytes", row.entropy}};
 }
 
-// Sums of what can be summed; the last row of the table.
+// The last row of the table.
 StorageRow mean_of(const std::vector<StorageRow>& rows) {
   StorageRow mean;
   mean.material = "mean";
@@ -98,6 +98,9 @@ void print_as_table(std::vector<StorageRow> rows) {
 }
 
 int run_audit(const AuditOptions& options) {
+  if (!options.csv.empty()) {
+    if (Status free = check_destination(options.csv); !free) return report_error(options.csv, free.error());
+  }
   std::vector<StorageRow> rows;
   std::string csv = "material,samples,values,raw,lossless,tenth_percent,one_percent,baseline,stream,entropy\n";
   nlohmann::ordered_json json = nlohmann::ordered_json::array();

@@ -123,7 +123,8 @@ std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) 
   const Result<const Format*> writer = find_writer(std::filesystem::path(options.out).extension().string());
   if (!writer) return Failure{options.out, writer.error()};
   done.format = *writer;
-  if (options.slicing_given && !is_sliced(*done.format)) {
+  const bool encoding_given = options.precision || options.chunks != "auto";
+  if ((options.slicing_given || encoding_given) && !is_sliced(*done.format)) {
     return Failure{options.out, {ErrorCode::kUsage, "the options on slices need a .sbrdf file to be written", {}}};
   }
   if (Status free = check_destination(options.out); !free) return Failure{options.out, free.error()};
@@ -136,7 +137,8 @@ std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) 
     save.slices = options.slices;
     if (is_sliced(*done.format)) save.slices->source_sha256 = sha256_of(options.in);
   }
-  if (options.precision || options.chunks != "auto") save.copy_encoding = options.slices.encoding;
+  if (options.precision) save.copy_precision = options.slices.encoding.precision;
+  save.copy_chunks = options.slices.encoding.chunks;
   ProgressBar bar("converting");
   Result<SavedFile> saved = done.format->save(*done.in.source, save, bar.progress());
   if (!saved) return Failure{options.in, saved.error()};
@@ -275,7 +277,8 @@ void add_convert(CLI::App& program, int& exit_code) {
   add_slicing_options(*command, *options);
   command->add_flag("--json", options->json, "Print the report as JSON");
   command->footer(
-      "A sliced IN is copied to a sliced OUT as it is, unless one of the options on slices asks to sample it again.\n\n"
+      "A sliced IN is copied to a sliced OUT as it is, unless one of the options on slices asks to sample it again;\n"
+      "--precision and --chunks only write it another way.\n\n"
       "Examples:\n"
       "  sbrdf convert material.bsdf material.sbrdf --samples 4096\n"
       "  sbrdf convert material.sbrdf material.binary\n"

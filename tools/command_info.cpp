@@ -9,6 +9,7 @@
 #include "codec/sliced_reader.h"
 #include "converters/compare.h"
 #include "converters/merl.h"
+#include "converters/metadata_json.h"
 #include "converters/slicing.h"
 #include "tools/commands.h"
 #include "tools/files.h"
@@ -19,20 +20,6 @@ namespace sbrdf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Metadata nested deeper than this is shown as text: writing it out recurses.
-constexpr int kDeepestMetadata = 64;
-
-Json parse_metadata(const std::string& text) {
-  bool too_deep = false;
-  const auto watch_depth = [&](int depth, Json::parse_event_t, Json&) {
-    too_deep = too_deep || depth > kDeepestMetadata;
-    return !too_deep;
-  };
-  Json metadata = Json::parse(text, watch_depth, false);
-  if (metadata.is_discarded() || too_deep) return text;
-  return metadata;
-}
 
 /// The spacing of azimuths that divide the whole turn evenly, else null.
 Json azimuth_step(const std::vector<double>& nodes_deg) {
@@ -152,7 +139,11 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
     reference = std::make_unique<SlicedSource>(DecodedSliced{*std::move(whole), reader->lattice()});
   } else {
     Result<OpenedSource> opened = open_source(options.against);
-    if (!opened) return opened.error();
+    if (!opened) {
+      Error error = opened.error();
+      error.message = options.against + ": " + error.message;
+      return error;
+    }
     reference = std::move(opened->source);
   }
   CompareOptions compare;

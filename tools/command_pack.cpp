@@ -57,7 +57,9 @@ Result<std::vector<Material>> find_materials(const fs::path& folder) {
 // Only what can be read to its end goes into a bundle.
 Status load(Material& material) {
   if (Status allowed = check_material_name(material.path.stem().string()); !allowed) return allowed;
-  Result<std::vector<std::byte>> file = read_file(material.path);
+  const Result<std::unique_ptr<ByteSource>> mapped = map_file(material.path);  // a named pipe would never end
+  if (!mapped) return mapped.error();
+  Result<std::vector<std::byte>> file = read_range(**mapped, 0, (*mapped)->size());
   if (!file) return file.error();
   const MemorySource source(*file);
   const Result<SlicedReader> reader = SlicedReader::open(source);

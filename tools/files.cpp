@@ -185,7 +185,8 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
 }
 
 Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // A named pipe without a writer must not hold up the opening.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) return system_error("cannot be opened");
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return system_error("cannot be read");

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace sbrdf {
+
+/// The metadata of a sliced file as JSON. What is none, or is nested so deep that writing it out again would overflow
+/// the stack, comes as one string.
+[[nodiscard]] nlohmann::ordered_json parse_metadata(const std::string& text);
+
+/// The same on one line; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string emit_metadata(const nlohmann::ordered_json& json);
+
+}  // namespace sbrdf
