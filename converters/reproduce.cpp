@@ -54,6 +54,7 @@ Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const
   const auto source = make_kurt_source(*model);
   SliceOptions slices = options.slices;
   slices.sample_count = kCounts[count];
+  slices.encoding.precision = 0;  // the paper's samples are not rounded
   if (!options.automatic) slices.placement = table_3_placement(slices.sample_count);
   Result<Slicing> slicing = slice_source(*source, slices, part_of(progress, 0, 0.3));
   if (!slicing) return slicing.error();
