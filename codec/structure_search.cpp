@@ -6,13 +6,16 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numeric>
 
 namespace sbrdf {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kLeastGain = 0.998;       // a move must bring the error below this times what it was
-constexpr double kMaxCrossingShare = 0.9;  // of the budget; slices need samples of their own
+constexpr HeldBackError kInfiniteError = {kInfinite, kInfinite};
+constexpr double kLeastGain = 0.998;            // a move must bring the error below this times what it was
+constexpr double kMaxCrossingShare = 0.9;       // of the budget; slices need samples of their own
+constexpr std::uint64_t kFewestSearched = 500;  // samples; below, half of them say nothing about all
 constexpr std::array<double, kAxisCount> kLeastCellDeg = {4, 4, 2, 0.5};
 
 std::vector<double> steps(double end, double step) {
@@ -72,33 +75,38 @@ std::string describe(const Structure& structure) {
   return text;
 }
 
+/// A search for one number of samples.
 class Search {
  public:
-  Search(std::vector<std::string> channels, const Measure& measure, const HeldBack& held_back,
+  Search(const std::vector<std::string>& channels, const Measure& measure, const HeldBack& held_back,
          const SearchOptions& options)
-      : channels_(std::move(channels)), measure_(measure), held_back_(held_back), options_(options) {}
+      : channels_(channels), measure_(measure), held_back_(held_back), options_(options) {}
 
-  Result<SearchResult> run() {
-    std::vector<Structure> candidates = seeds();
+  // `fewer`: what a search for fewer samples found.
+  Result<SearchResult> run(const std::optional<SearchResult>& fewer) {
+    std::vector<Structure> candidates = seeds(options_.evaluations - (fewer ? 1 : 0));
+    if (fewer) candidates.push_back(fewer->structure);
     if (candidates.empty()) return too_few();
-    std::vector<double> errors = try_all(candidates);
-    for (std::size_t k = 0; k < candidates.size(); ++k) remember(candidates[k], errors[k]);
-    const auto best = std::min_element(errors.begin(), errors.end());
-    if (*best == kInfinite) return why_all_fail(candidates.front());
-    structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
-    error_ = *best;
+    const std::vector<HeldBackError> errors = try_all(candidates);
+    if (fewer) {
+      ceiling_.mre_percent = std::max(fewer->error.mre_percent, errors.back().mre_percent);
+      ceiling_.rel_l1_percent = std::max(fewer->error.rel_l1_percent, errors.back().rel_l1_percent);
+    }
+    for (std::size_t k = 0; k < candidates.size(); ++k) remember(candidates[k], value_of(errors[k]));
+    take_best(candidates, errors, kInfinite);
+    if (value_of(error_) == kInfinite) return why_all_fail(candidates.front());
     report_frames();
     while (!options_.starts_only && tried_ < options_.evaluations && improve()) {
       if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
     }
     if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
     const std::string tried = std::to_string(tried_) + (tried_ == 1 ? " structure" : " structures");
-    reason(describe(structure_) + ", after " + tried + " tried", error_);
+    reason(describe(structure_) + ", after " + tried + " tried", value_of(error_));
     return SearchResult{structure_, error_, std::move(reasons_)};
   }
 
  private:
-  [[nodiscard]] std::vector<Structure> seeds() const {
+  [[nodiscard]] std::vector<Structure> seeds(std::size_t most) const {
     std::vector<Structure> all;
     for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
       if (options_.frame && *options_.frame != id) continue;
@@ -111,16 +119,15 @@ class Search {
       if (options_.objective == Objective::kMre) seed.value_exponent = 0;
       if (options_.objective == Objective::kRelL1) seed.value_exponent = 1;
     }
-    return keep_fitting(all);
+    return keep_fitting(all, most);
   }
 
   // Seeds with hardly any crossings for the budget lead nowhere; those with too many do not fit. The densest third of
   // the fitting ones of each frame stay, which saves most of the time; fewer where fewer are to be tried.
-  [[nodiscard]] std::vector<Structure> keep_fitting(const std::vector<Structure>& all) const {
+  [[nodiscard]] std::vector<Structure> keep_fitting(const std::vector<Structure>& all, std::size_t most) const {
     std::array<std::vector<Structure>, 2> kept = {densest_third(all, FrameId::kElevation),
                                                   densest_third(all, FrameId::kHalfDifference)};
-    while (kept[0].size() + kept[1].size() > options_.evaluations)
-      kept[kept[0].size() < kept[1].size() ? 1 : 0].pop_back();
+    while (kept[0].size() + kept[1].size() > most) kept[kept[0].size() < kept[1].size() ? 1 : 0].pop_back();
     kept[0].insert(kept[0].end(), kept[1].begin(), kept[1].end());
     return std::move(kept[0]);
   }
@@ -144,14 +151,33 @@ class Search {
     return static_cast<double>(crossings) <= kMaxCrossingShare * static_cast<double>(options_.sampling.sample_count);
   }
 
-  [[nodiscard]] Result<double> error_of(const Structure& structure) const {
+  [[nodiscard]] Result<HeldBackError> error_of(const Structure& structure) const {
     const Result<Lattice> lattice = build_lattice(expand_outline(structure.outline));
     if (!lattice) return lattice.error();
-    if (!fits(lattice->crossings.size())) return kInfinite;
+    if (!fits(lattice->crossings.size())) return kInfiniteError;
     const Result<SlicedBrdf> sliced =
         sample_slices(*lattice, channels_, measure_, sampling_for(structure, options_.sampling));
     if (!sliced) return sliced.error();
-    return objective_value(judge(Evaluator(*sliced, *lattice), held_back_), options_.objective);
+    return judge(Evaluator(*sliced, *lattice), held_back_);
+  }
+
+  // Infinite for what is worse by either error than fewer samples can do.
+  [[nodiscard]] double value_of(const HeldBackError& error) const {
+    const bool worse = error.mre_percent > ceiling_.mre_percent || error.rel_l1_percent > ceiling_.rel_l1_percent;
+    return worse && options_.objective == Objective::kBoth ? kInfinite : objective_value(error, options_.objective);
+  }
+
+  // False where none is below the limit.
+  bool take_best(const std::vector<Structure>& candidates, const std::vector<HeldBackError>& errors, double limit) {
+    bool taken = false;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      if (value_of(errors[k]) >= limit) continue;
+      limit = value_of(errors[k]);
+      structure_ = candidates[k];
+      error_ = errors[k];
+      taken = true;
+    }
+    return taken;
   }
 
   [[nodiscard]] Error too_few() const {
@@ -161,7 +187,7 @@ class Search {
 
   // Of structures that all fit the budget.
   [[nodiscard]] Error why_all_fail(const Structure& structure) const {
-    const Result<double> error = error_of(structure);
+    const Result<HeldBackError> error = error_of(structure);
     if (!error) return error.error();
     const std::string zero = all_zero(held_back_) ? ", where all values are zero" : "";
     return {ErrorCode::kUnsupported,
@@ -170,10 +196,10 @@ class Search {
             {}};
   }
 
-  std::vector<double> try_all(const std::vector<Structure>& candidates) {
-    std::vector<double> errors(candidates.size(), kInfinite);
+  std::vector<HeldBackError> try_all(const std::vector<Structure>& candidates) {
+    std::vector<HeldBackError> errors(candidates.size(), kInfiniteError);
     tbb::parallel_for(std::size_t{0}, candidates.size(), [&](std::size_t k) {
-      const Result<double> error = error_of(candidates[k]);
+      const Result<HeldBackError> error = error_of(candidates[k]);
       if (error) errors[k] = *error;
     });
     tried_ += candidates.size();
@@ -184,12 +210,7 @@ class Search {
 
   bool improve() {
     const std::vector<Structure> candidates = moves();
-    const std::vector<double> errors = try_all(candidates);
-    const auto best = std::min_element(errors.begin(), errors.end());
-    if (best == errors.end() || *best >= kLeastGain * error_) return false;
-    structure_ = candidates[static_cast<std::size_t>(best - errors.begin())];
-    error_ = *best;
-    return true;
+    return take_best(candidates, try_all(candidates), kLeastGain * value_of(error_));
   }
 
   [[nodiscard]] std::vector<Structure> moves() const {
@@ -250,12 +271,13 @@ class Search {
     reasons_.push_back(what + ": " + number.data());
   }
 
-  std::vector<std::string> channels_;
+  const std::vector<std::string>& channels_;
   const Measure& measure_;
   const HeldBack& held_back_;
   const SearchOptions& options_;
   Structure structure_;
-  double error_ = kInfinite;
+  HeldBackError error_ = kInfiniteError;
+  HeldBackError ceiling_ = kInfiniteError;
   std::size_t tried_ = 0;
   bool stopped_ = false;
   std::array<std::pair<Structure, double>, 2> best_of_frame_ = {std::pair{Structure{}, kInfinite},
@@ -287,9 +309,27 @@ SamplingOptions sampling_for(const Structure& structure, SamplingOptions options
   return options;
 }
 
-Result<SearchResult> search_structure(std::vector<std::string> channels, const Measure& measure,
+Result<SearchResult> search_structure(const std::vector<std::string>& channels, const Measure& measure,
                                       const HeldBack& held_back, const SearchOptions& options) {
-  return Search(std::move(channels), measure, held_back, options).run();
+  std::vector<std::uint64_t> counts = {options.sampling.sample_count};
+  while (!options.starts_only && counts.back() / 2 >= kFewestSearched) counts.push_back(counts.back() / 2);
+  const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
+  double done = 0;
+  bool stopped = false;
+  std::optional<SearchResult> fewer;
+  for (;; counts.pop_back()) {
+    const double share = static_cast<double>(counts.back()) / total;
+    SearchOptions step = options;
+    step.sampling.sample_count = counts.back();
+    step.progress = [&](double fraction) {
+      stopped = options.progress && !options.progress(done + share * fraction);
+      return !stopped;
+    };
+    Result<SearchResult> found = Search(channels, measure, held_back, step).run(fewer);
+    if (stopped || counts.size() == 1) return found;
+    if (found) fewer = std::move(found).value();
+    done += share;
+  }
 }
 
 }  // namespace sbrdf

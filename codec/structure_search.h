@@ -36,8 +36,8 @@ struct SearchOptions {
   Symmetries symmetries;
   Objective objective = Objective::kBoth;
   SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
-  /// How many structures are tried, 1 or more: no more starts than this, and rounds of moves (some fifty each) for as
-  /// long as fewer were tried; a round is finished.
+  /// How many structures are tried for each number of samples, 1 or more: no more starts than this, and rounds of moves
+  /// (some fifty each) for as long as fewer were tried; a round is finished.
   std::size_t evaluations = 200;
   bool starts_only = false;  ///< no moves
   /// Called between rounds with the fraction done; false asks to stop.
@@ -46,15 +46,17 @@ struct SearchOptions {
 
 struct SearchResult {
   Structure structure;
-  double error_percent = 0;          ///< the objective, on the held-back directions
+  HeldBackError error;               ///< on the held-back directions
   std::vector<std::string> reasons;  ///< for people: what was tried and how far it came, a line each
 };
 
 /// Finds the structure with the least error on `held_back` within the sample budget: starts of both frames, then moves
-/// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. `measure`
-/// is called from several threads at once. The same result for any number of threads. kUsage where no structure fits
-/// the budget, kUnsupported where all errors are infinite.
-[[nodiscard]] Result<SearchResult> search_structure(std::vector<std::string> channels, const Measure& measure,
+/// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. First for
+/// an eighth of the samples, say, then a quarter, half and all of them, where what was found before is one more start,
+/// and Objective::kBoth takes no structure that is worse by either error: so neither grows with more samples.
+/// `measure` is called from several threads at once. The same result for any number of threads. kUsage where no
+/// structure fits the budget, kUnsupported where all errors are infinite.
+[[nodiscard]] Result<SearchResult> search_structure(const std::vector<std::string>& channels, const Measure& measure,
                                                     const HeldBack& held_back, const SearchOptions& options);
 
 /// The sampling options that make a structure real.

@@ -97,6 +97,27 @@ TEST(StructureSearch, TriesNoMoreStartsThanAskedFor) {
   EXPECT_EQ(slice_source(*source, none).error().code, ErrorCode::kUsage);
 }
 
+TEST(StructureSearch, IsWorseByNeitherErrorWithMoreSamples) {
+  const auto source = make_kurt_source(
+      {"lobes", {0.02, 0.1, 0.2}, {{{0.05, 0.01, 0.2}, 0.5, 0.06, 0.3, 0.4}, {{0.1, 0.1, 0.01}, 0.2, 0.4, 0.1, 0.8}}});
+  const Measure measure = [&](auto pairs, auto values) {
+    source->evaluate(pairs, values);
+    return ok_status();
+  };
+  const HeldBack held_back = draw_held_back(2000, 1, false, 3, measure).value();
+  SearchOptions options;
+  options.symmetries = detect_symmetries(*source);
+  options.evaluations = 20;
+  HeldBackError fewer = {1e9, 1e9};
+  for (const std::uint64_t samples : {600, 1200, 2400}) {
+    options.sampling.sample_count = samples;
+    const SearchResult found = search_structure(source->traits().channels, measure, held_back, options).value();
+    EXPECT_LT(found.error.mre_percent, fewer.mre_percent) << samples;
+    EXPECT_LT(found.error.rel_l1_percent, fewer.rel_l1_percent) << samples;
+    fewer = found.error;
+  }
+}
+
 TEST(StructureSearch, GivesTheSameBytesOnAnyNumberOfThreads) {
   const auto source = shiny_isotropic();
   std::vector<std::vector<std::byte>> files;

@@ -247,8 +247,10 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
          "Place samples by the true error against the source, or as a goniometer must, by what was measured already");
   mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
                   "Samples are not set closer than this, in degrees; 0.1, or 1 with --refine measured"));
-  mark(add_count(command, "--search-evaluations", slices.search_evaluations, {1, 100'000},
-                 "Structures a search tries; the round of some fifty in which it gets there is finished"))
+  mark(add_count(
+           command, "--search-evaluations", slices.search_evaluations, {1, 100'000},
+           "Structures a search tries for N, N / 2, N / 4 ... samples each; the round of some fifty in which it gets "
+           "there is finished"))
       ->each([&options](const std::string&) { options.evaluations_given = true; });
   mark(command.add_flag("--no-mirrors", options.no_mirrors,
                         "Do not use mirror symmetries of the source; a placement by steps never does"));
