@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <limits>
 #include <numeric>
+#include <set>
 
 #include "converters/compare.h"
 #include "converters/kurt.h"
@@ -204,9 +205,16 @@ std::string placement_text(const Placement& placement) {
 }
 
 Result<std::vector<AccuracyRow>> reproduce_accuracy(const AccuracyOptions& options, const Progress& progress) {
+  std::set<std::string> wanted;
+  for (const std::string& name : options.materials.empty() ? kurt_material_names() : options.materials) {
+    Result<KurtModel> model = kurt_material(name);
+    if (!model) return model.error();
+    wanted.insert(model->name);
+  }
   std::vector<AccuracyRow> rows;
-  const double total = static_cast<double>(kPaper.size() * kCounts.size());
+  const double total = static_cast<double>(wanted.size() * kCounts.size());
   for (const PaperRow& paper : kPaper) {
+    if (wanted.count(paper.material) == 0) continue;
     for (std::size_t count = 0; count < kCounts.size(); ++count) {
       const auto done = static_cast<double>(rows.size());
       Result<AccuracyRow> row =

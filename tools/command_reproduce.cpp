@@ -228,6 +228,9 @@ void add_common(CLI::App& command, ReproduceOptions& options) {
 void add_accuracy(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>& options, int& exit_code) {
   auto* command = reproduce.add_subcommand("accuracy", "The MRE of ten materials at 8,911 and 18,721 samples.");
   add_common(*command, *options);
+  command->add_option("--material", options->accuracy.materials, "Only this material of the ten; may be repeated")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
   add_count(*command, "--random", options->accuracy.random_count, {1, 1'000'000'000},
             "So many random pairs of the 2-degree grid instead of all 54,464,400");
   add_count(*command, "--seed", options->accuracy.seed, {}, "Of the random pairs");
