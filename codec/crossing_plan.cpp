@@ -113,13 +113,27 @@ class Planner {
 
 }  // namespace
 
-void set_weights(Stencil& stencil, std::span<const double> positions, double at) {
-  for (std::size_t k = 0; k < positions.size(); ++k) {
+template <std::size_t Count>
+void set_weights_of(Stencil& stencil, const double* positions, double at) {
+  for (std::size_t k = 0; k < Count; ++k) {
     double weight = 1;
-    for (std::size_t j = 0; j < positions.size(); ++j) {
+    for (std::size_t j = 0; j < Count; ++j) {
       if (j != k) weight *= (at - positions[j]) / (positions[k] - positions[j]);
     }
     stencil.weight[k] = weight;
+  }
+}
+
+void set_weights(Stencil& stencil, std::span<const double> positions, double at) {
+  switch (positions.size()) {
+    case 1:
+      return set_weights_of<1>(stencil, positions.data(), at);
+    case 2:
+      return set_weights_of<2>(stencil, positions.data(), at);
+    case 3:
+      return set_weights_of<3>(stencil, positions.data(), at);
+    default:
+      return set_weights_of<4>(stencil, positions.data(), at);
   }
 }
 

@@ -39,33 +39,27 @@ void GuideLevels::shift(const Coordinates& x, std::span<std::int32_t> levels, st
   }
 }
 
-void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& crossings, std::size_t channels,
-                 SliceLevels& state) {
+void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& crossings, SliceLevels& state) {
   const auto nodes = lattice.nodes_of(slice);
-  state.boundary = slice.boundary;
-  state.length_deg = slice.length_deg;
-  state.deepest = 0;
-  state.places.resize(nodes.size());
-  state.positions_deg.resize(nodes.size());
-  state.depths.assign(nodes.size(), 0);
-  state.table.resize(nodes.size() * channels);
-  for (std::size_t k = 0; k < nodes.size(); ++k) {
-    state.places[k] = {static_cast<std::uint32_t>(k), 0};
-    state.positions_deg[k] = nodes[k].position_deg;
-    for (std::size_t c = 0; c < channels; ++c) {
-      state.table.levels[k * channels + c] = crossings.levels[nodes[k].crossing * channels + c];
-      state.table.residuals[k * channels + c] = crossings.residuals[nodes[k].crossing * channels + c];
-    }
+  state.begin(slice.boundary, slice.length_deg, nodes.size());
+  for (std::uint32_t k = 0; k < nodes.size(); ++k) {
+    state.add({nodes[k].position_deg, {k, 0}, 0, k - 1, k + 1});
+    state.table.copy(k, crossings, nodes[k].crossing);
   }
+  const bool periodic = slice.boundary == Boundary::kPeriodic;
+  const auto last = static_cast<std::uint32_t>(nodes.size() - 1);
+  state.samples.front().before = periodic ? last : SliceLevels::kNone;
+  state.samples.back().after = periodic ? 0 : SliceLevels::kNone;
 }
 
-SliceLevels begin_guide(const Lattice& lattice, const LevelTable& nodes) {
-  SliceLevels state;
-  state.positions_deg = lattice.nodes[kVertical];
-  state.depths.assign(state.positions_deg.size(), 0);
-  for (std::uint32_t k = 0; k < state.positions_deg.size(); ++k) state.places.push_back({k, 0});
-  state.table = nodes;
-  return state;
+void begin_guide(const Lattice& lattice, const LevelTable& nodes, SliceLevels& state) {
+  const std::vector<double>& positions = lattice.nodes[kVertical];
+  state.begin(Boundary::kBounded, 0, positions.size());
+  for (std::uint32_t k = 0; k < positions.size(); ++k) {
+    state.add({positions[k], {k, 0}, 0, k - 1, k + 1});
+    state.table.copy(k, nodes, k);
+  }
+  state.samples.back().after = SliceLevels::kNone;
 }
 
 std::pair<int, int> levels_of_piece(const ChunkLayout& layout, std::size_t piece) {

@@ -34,16 +34,14 @@ class GuideLevels {
 };
 
 /// Makes `state` the slice as it is before its first sample: its crossings.
-void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& crossings, std::size_t channels,
-                 SliceLevels& state);
+void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& crossings, SliceLevels& state);
 /// The guide as one more slice, along axis 3.
-[[nodiscard]] SliceLevels begin_guide(const Lattice& lattice, const LevelTable& nodes);
+void begin_guide(const Lattice& lattice, const LevelTable& nodes, SliceLevels& state);
 
-/// The guide's values at the nodes, each predicted by the one before.
+/// The guide's values at its nodes, each predicted by the one before.
 template <class Io>
-void code_guide_nodes(Io& io, const CodingParameters& coding, LevelTable& nodes) {
-  const std::size_t count = nodes.levels.size() / coding.channel_count;
-  for (std::size_t k = 0; k < count && io.ok(); ++k) {
+void code_guide_nodes(Io& io, const CodingParameters& coding, std::size_t node_count, LevelTable& nodes) {
+  for (std::size_t k = 0; k < node_count && io.ok(); ++k) {
     Stencil stencil;
     if (k > 0) stencil = {{static_cast<std::uint32_t>(k - 1)}, {1.0}, 1};
     code_sample(io, coding, stencil, 0, nodes, k, CodingContext::kGuideNode, CodingContext::kGuideNode, false);

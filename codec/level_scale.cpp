@@ -59,6 +59,7 @@ LevelScale::LevelScale(double bound, std::uint32_t per_octave, double ratio, std
 }
 
 void LevelScale::make_table() {
+  reciprocal_ = 1.0 / per_octave_;
   table_.resize(per_octave_);
   double next = 1;
   for (double& entry : table_) {
@@ -75,11 +76,10 @@ void LevelScale::make_table() {
 
 double LevelScale::magnitude(std::int64_t step) const {
   const auto n = static_cast<std::int64_t>(per_octave_);
-  constexpr std::int64_t kNarrow = 1 << 30;  // division of 32 bits is faster
-  std::int64_t octave = step > -kNarrow && step < kNarrow
-                            ? static_cast<std::int32_t>(step) / static_cast<std::int32_t>(per_octave_)
-                            : step / n;
-  if (step < octave * n) --octave;
+  // Division by way of the reciprocal is off by one at most, which is put right.
+  auto octave = static_cast<std::int64_t>(static_cast<double>(step) * reciprocal_);
+  octave -= step < octave * n ? 1 : 0;
+  octave += step >= (octave + 1) * n ? 1 : 0;
   // Far beyond the range of float32 the octave does not matter any more.
   const std::int64_t exponent = 1023 + std::clamp<std::int64_t>(octave, -1000, 1000);
   return table_[static_cast<std::size_t>(step - octave * n)] *

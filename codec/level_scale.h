@@ -54,6 +54,7 @@ class LevelScale {
   std::uint32_t per_octave_ = 0;
   double ratio_ = 1;
   std::int32_t lowest_ = 0;            ///< step of level 1: magnitude ratio^lowest
+  double reciprocal_ = 1;              ///< of per_octave
   std::vector<double> table_;          ///< ratio^k for k below per_octave
   std::vector<std::uint32_t> starts_;  ///< for 256 equal parts of [1, 2), the last entry of table_ not above its start
 };

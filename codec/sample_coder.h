@@ -6,6 +6,7 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <span>
 #include <vector>
@@ -47,15 +48,32 @@ struct CodingParameters {
   double slope_prior = 1;            ///< (levels per octave / 12)^2: how strongly channels are taken to move alike
 };
 
-/// Levels of `count` samples with what is known of each: channel fastest.
-struct LevelTable {
-  std::vector<std::int32_t> levels;      ///< less the guide's, where there is one
-  std::vector<std::uint32_t> residuals;  ///< |level - prediction|
+/// What is known of samples, a row for each: the levels of all channels (less the guide's, where there is one), then
+/// the magnitudes of their residuals. Both are padded with zeros to groups of four channels.
+class LevelTable {
+ public:
+  static constexpr std::size_t kGroup = 4;
 
-  void resize(std::size_t values) {
-    levels.resize(values);
-    residuals.resize(values);
+  explicit LevelTable(std::size_t channels = 1) : width_((channels + kGroup - 1) / kGroup * kGroup) {}
+
+  /// At least so many rows; new ones are zero.
+  void hold(std::size_t rows) {
+    if (numbers_.size() < rows * 2 * width_) numbers_.resize(2 * rows * 2 * width_);
   }
+  [[nodiscard]] std::int32_t* levels(std::size_t row) { return numbers_.data() + row * 2 * width_; }
+  [[nodiscard]] const std::int32_t* levels(std::size_t row) const { return numbers_.data() + row * 2 * width_; }
+  [[nodiscard]] std::int32_t* residuals(std::size_t row) { return levels(row) + width_; }
+  [[nodiscard]] const std::int32_t* residuals(std::size_t row) const { return levels(row) + width_; }
+  /// Makes row `to` what row `from` of a table of as many channels is.
+  void copy(std::size_t to, const LevelTable& other, std::size_t from) {
+    for (std::size_t at = 0; at < 2 * width_; at += kGroup) {
+      std::memcpy(levels(to) + at, other.levels(from) + at, kGroup * sizeof(std::int32_t));
+    }
+  }
+
+ private:
+  std::size_t width_;
+  std::vector<std::int32_t> numbers_;
 };
 
 namespace coding {
@@ -91,7 +109,7 @@ inline std::int64_t spread_of(const Stencil& stencil, const LevelTable& table, c
   std::array<std::int64_t, 4> level{};
   std::int64_t sum = 0;
   for (std::uint32_t k = 0; k < stencil.count; ++k) {
-    level[k] = table.levels[stencil.member[k] * coding.channel_count + coding.base_channel];
+    level[k] = table.levels(stencil.member[k])[coding.base_channel];
     sum += level[k];
   }
   std::int64_t away = 0;
@@ -99,72 +117,104 @@ inline std::int64_t spread_of(const Stencil& stencil, const LevelTable& table, c
   return n == 4 ? away >> 2U : 4 * away / (n * n);
 }
 
-}  // namespace coding
+/// What the members of a stencil say about four neighbouring channels of a sample.
+struct GroupView {
+  std::array<double, LevelTable::kGroup> prediction{};  ///< by interpolation
+  std::array<double, LevelTable::kGroup> products{};    ///< of the differences from the mean with the base channel's
+  std::array<std::uint64_t, LevelTable::kGroup> residual{};  ///< mean magnitude
+};
 
-namespace coding {
+/// `Members`: the stencil's count, or 0 where only run time knows.
+template <std::uint32_t Members>
+class StencilView {
+ public:
+  StencilView(const Stencil& stencil, const LevelTable& table, const CodingParameters& coding)
+      : stencil_(stencil), prior_(coding.slope_prior) {
+    double sum = 0;
+    for (std::uint32_t k = 0; k < count(); ++k) {
+      levels_[k] = table.levels(stencil.member[k]);
+      residuals_[k] = table.residuals(stencil.member[k]);
+      base_[k] = levels_[k][coding.base_channel];
+      sum += base_[k];
+    }
+    const double mean = mean_of(sum);
+    for (std::uint32_t k = 0; k < count(); ++k) base_[k] -= mean;
+  }
 
-/// See code_sample. `Channels` and `Members` are what they are named after, or 0 where only run time knows.
-template <std::uint32_t Channels, std::uint32_t Members, class Io>
-void code_sample_of(Io& io, const CodingParameters& coding, const Stencil& stencil, std::int64_t spread,
-                    LevelTable& table, std::size_t own, unsigned base_context, unsigned other_context, bool classes) {
-  const std::uint32_t channels = Channels != 0 ? Channels : coding.channel_count;
-  const std::uint32_t count = Members != 0 ? Members : stencil.count;
-  std::int32_t* levels = table.levels.data() + own * channels;
-  std::uint32_t* residuals = table.residuals.data() + own * channels;
-  std::array<std::size_t, 4> at{};
-  for (std::uint32_t k = 0; k < count; ++k) at[k] = std::size_t{stencil.member[k]} * channels;
-  const auto mean_residual = [&](std::uint32_t c) {
-    std::uint64_t sum = 0;
-    for (std::uint32_t k = 0; k < count; ++k) sum += table.residuals[at[k] + c];
-    return over_count(sum, count);
-  };
+  /// Of the channels [first, first + 4): the same operations for each, so that they go side by side.
+  [[nodiscard]] GroupView group(std::size_t first) const {
+    constexpr std::size_t kGroup = LevelTable::kGroup;
+    GroupView view;
+    std::array<std::array<double, kGroup>, 4> level;
+    std::array<double, kGroup> mean{};
+    for (std::uint32_t k = 0; k < count(); ++k) {
+      for (std::size_t c = 0; c < kGroup; ++c) {
+        level[k][c] = levels_[k][first + c];
+        view.prediction[c] += stencil_.weight[k] * level[k][c];
+        mean[c] += level[k][c];
+        view.residual[c] += static_cast<std::uint32_t>(residuals_[k][first + c]);
+      }
+    }
+    for (std::size_t c = 0; c < kGroup; ++c) {
+      mean[c] = mean_of(mean[c]);
+      view.residual[c] = over_count(view.residual[c], count());
+      view.products[c] = prior_;
+    }
+    for (std::uint32_t k = 0; k < count(); ++k) {
+      for (std::size_t c = 0; c < kGroup; ++c) view.products[c] += base_[k] * (level[k][c] - mean[c]);
+    }
+    return view;
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t count() const { return Members != 0 ? Members : stencil_.count; }
   // Dividing by 4 and multiplying by 1/4 give the same bits.
-  const auto mean_of = [&](double sum) { return count == 4 ? sum * 0.25 : count == 0 ? 0 : sum / count; };
+  [[nodiscard]] double mean_of(double sum) const {
+    return count() == 4 ? sum * 0.25 : count() == 0 ? 0 : sum / count();
+  }
+
+  const Stencil& stencil_;
+  double prior_;
+  std::array<const std::int32_t*, 4> levels_{};
+  std::array<const std::int32_t*, 4> residuals_{};
+  std::array<double, 4> base_{};
+};
+
+/// See code_sample.
+template <std::uint32_t Members, class Io>
+inline void code_sample_of(Io& io, const CodingParameters& coding, const Stencil& stencil, std::int64_t spread,
+                           LevelTable& table, std::size_t own, unsigned base_context, unsigned other_context,
+                           bool classes) {
+  constexpr std::size_t kGroup = LevelTable::kGroup;
+  std::int32_t* levels = table.levels(own);
+  std::int32_t* residuals = table.residuals(own);
   const auto code = [&](std::uint32_t c, double prediction, std::uint64_t activity, unsigned group) {
     const std::int64_t predicted = rounded(prediction);
     std::int64_t residual = Io::kDecodes ? 0 : levels[c] - predicted;
     io.residual(group + (classes ? class_of(activity, coding.activity_shift) : 0), residual);
     if (Io::kDecodes) levels[c] = io.level(predicted + residual);
-    residuals[c] = static_cast<std::uint32_t>(std::min<std::int64_t>(std::abs(residual), 0x7FFFFFFF));
-    return residuals[c];
+    residuals[c] = static_cast<std::int32_t>(std::min<std::int64_t>(std::abs(residual), 0x7FFFFFFF));
+    return static_cast<std::uint64_t>(residuals[c]);
   };
-  const std::uint32_t base_channel = coding.base_channel;
-  std::array<double, 4> base{};
-  double base_prediction = 0;
-  double base_sum = 0;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    base[k] = table.levels[at[k] + base_channel];
-    base_prediction += stencil.weight[k] * base[k];
-    base_sum += base[k];
-  }
+  const StencilView<Members> members(stencil, table, coding);
+  const std::uint32_t base = coding.base_channel;
+  std::size_t first = base / kGroup * kGroup;
+  GroupView view = members.group(first);
+  const double base_prediction = view.prediction[base - first];
+  const double squares = view.products[base - first];
   const std::uint64_t base_residual =
-      code(base_channel, base_prediction, 16 * mean_residual(base_channel) + static_cast<std::uint64_t>(spread),
-           base_context);
-  if (channels == 1) return;
-  const double base_off = levels[base_channel] - base_prediction;
-  // The slope between the channels, by least squares over the members, drawn towards 1.
-  const double base_mean = mean_of(base_sum);
-  double squares = coding.slope_prior;
-  for (std::uint32_t k = 0; k < count; ++k) {
-    base[k] -= base_mean;
-    squares += base[k] * base[k];
-  }
+      code(base, base_prediction, 16 * view.residual[base - first] + static_cast<std::uint64_t>(spread), base_context);
+  const double base_off = levels[base] - base_prediction;
   std::uint64_t last_residual = 0;
-  for (std::uint32_t c = 0; c < channels; ++c) {
-    if (c == base_channel) continue;
-    double prediction = 0;
-    double sum = 0;
-    std::array<double, 4> level{};
-    for (std::uint32_t k = 0; k < count; ++k) {
-      level[k] = table.levels[at[k] + c];
-      prediction += stencil.weight[k] * level[k];
-      sum += level[k];
+  for (std::uint32_t c = 0; c < coding.channel_count; ++c) {
+    if (c - first >= kGroup) {
+      first = c / kGroup * kGroup;
+      view = members.group(first);
     }
-    const double mean = mean_of(sum);
-    double products = coding.slope_prior;
-    for (std::uint32_t k = 0; k < count; ++k) products += base[k] * (level[k] - mean);
-    prediction += products / squares * base_off;
-    const std::uint64_t activity = 16 * mean_residual(c) + base_residual / 2 + 16 * last_residual;
+    if (c == base) continue;
+    // The slope between the channels, by least squares over the members, drawn towards 1.
+    const double prediction = view.prediction[c - first] + view.products[c - first] / squares * base_off;
+    const std::uint64_t activity = 16 * view.residual[c - first] + base_residual / 2 + 16 * last_residual;
     last_residual = code(c, prediction, activity, other_context);
   }
 }
@@ -172,15 +222,15 @@ void code_sample_of(Io& io, const CodingParameters& coding, const Stencil& stenc
 }  // namespace coding
 
 /// Codes all channels of one sample. `Io::residual(context, residual&)` writes or reads one number. `own` is the
-/// sample's place in `table`, where its levels stand (encoder) or are put (decoder). Without `classes` all residuals
+/// sample's row in `table`, where its levels stand (encoder) or are put (decoder). Without `classes` all residuals
 /// have the context of their group.
 template <class Io>
 void code_sample(Io& io, const CodingParameters& coding, const Stencil& stencil, std::int64_t spread, LevelTable& table,
                  std::size_t own, unsigned base_context, unsigned other_context, bool classes = true) {
-  if (coding.channel_count == 3 && stencil.count == 4) {
-    coding::code_sample_of<3, 4>(io, coding, stencil, spread, table, own, base_context, other_context, classes);
+  if (stencil.count == 4) {
+    coding::code_sample_of<4>(io, coding, stencil, spread, table, own, base_context, other_context, classes);
   } else {
-    coding::code_sample_of<0, 0>(io, coding, stencil, spread, table, own, base_context, other_context, classes);
+    coding::code_sample_of<0>(io, coding, stencil, spread, table, own, base_context, other_context, classes);
   }
 }
 
@@ -206,26 +256,41 @@ void code_crossings(Io& io, const CodingParameters& coding, const CrossingPlan& 
   }
 }
 
-/// A slice while its samples are coded level by level. Made for one slice after the other: memory is kept.
-struct SliceLevels {
+/// A slice while its samples are coded level by level: crossings by rising position, then the samples of each level, in
+/// a list that is linked by position. Made for one slice after the other: memory is kept.
+class SliceLevels {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+  struct Sample {
+    double position_deg = 0;
+    SamplePosition place;
+    int level = 0;                 ///< of refinement; 0 for crossings
+    std::uint32_t before = kNone;  ///< the neighbours; those of the ends are kNone, or each other if periodic
+    std::uint32_t after = kNone;
+  };
+
+  explicit SliceLevels(std::size_t channels) : table(channels) {}
+
+  /// `crossings` of them follow, by add().
+  void begin(Boundary boundary, double length_deg, std::size_t crossings);
+  /// A sample behind the last one; returns its row. It has no neighbours before link().
+  std::uint32_t add(const Sample& sample) {
+    samples.push_back(sample);
+    table.hold(samples.size());
+    return static_cast<std::uint32_t>(samples.size() - 1);
+  }
+  /// Puts the samples from `first` on behind their neighbours `before`, and makes them the newest level.
+  void link(std::size_t first, int level);
+
+  /// Up to four samples around the middle `at` of the gap behind `left`.
+  [[nodiscard]] Stencil stencil_around(std::uint32_t left, double at) const;
+
   Boundary boundary = Boundary::kBounded;
   double length_deg = 0;  ///< the period of a periodic slice
-  std::vector<SamplePosition> places;
-  std::vector<double> positions_deg;
-  std::vector<std::uint8_t> depths;  ///< refinement level of each sample, 0 for crossings
-  LevelTable table;                  ///< of the samples known so far, by rising position
-  int deepest = 0;                   ///< the greatest of `depths`
-
-  [[nodiscard]] std::size_t size() const { return places.size(); }
-
-  // Of the level that is being coded: behind which sample, and where.
-  struct Found {
-    std::size_t left = 0;
-    SamplePosition place;
-    double position_deg = 0;
-  };
-  std::vector<Found> found;
-  LevelTable fresh;
+  std::vector<Sample> samples;
+  LevelTable table;        ///< a row for each sample
+  std::size_t newest = 0;  ///< the first sample of the newest level
+  int level = 0;           ///< which is this one
 };
 
 /// Gives the places and levels of samples that are to be written; what a decoder gets instead decides on every flag.
@@ -234,62 +299,48 @@ struct SamplesToEncode {
   std::span<const std::int32_t> levels;    ///< channel fastest
 };
 
-namespace coding {
-
-/// Puts what was found at a level between the known samples, from the back on, in place.
-void merge_found(SliceLevels& slice, std::size_t channels, int level);
-
-/// The stencil of a gap's middle: the samples at -1, 0, 1, 2 from the gap's left end, as far as there are any.
-Stencil stencil_around(const SliceLevels& slice, std::size_t known, std::size_t gap, double at);
-
-}  // namespace coding
-
-/// Codes the samples of level `level` on one slice, and merges them into `slice`. `place_deg(place)` gives positions;
-/// `samples` is nullptr when reading.
+/// Codes the samples of level `level` on one slice. `place_deg(place)` gives positions; `wanted` is nullptr when
+/// reading.
 template <class Io, class PlaceDeg>
 void code_level(Io& io, const CodingParameters& coding, int level, SliceLevels& slice, const PlaceDeg& place_deg,
-                const SamplesToEncode* samples, unsigned base_context, unsigned other_context, bool classes = true) {
+                const SamplesToEncode* wanted, unsigned base_context, unsigned other_context, bool classes = true) {
   // Only the halves of what was halved before are left to halve.
-  if (slice.deepest != level - 1) return;
-  const std::size_t known = slice.size();
-  const std::uint32_t channels = coding.channel_count;
-  const std::size_t gaps = slice.boundary == Boundary::kPeriodic ? known : known - 1;
+  if (slice.level != level - 1) return;
+  const std::size_t known = slice.samples.size();
   const std::uint32_t half = SamplePosition::kOne >> static_cast<unsigned>(level);
   const unsigned level_context = (static_cast<unsigned>(std::min(level, 6)) - 1) * 8;
-  slice.found.clear();
-  std::size_t next = 0;  // in `samples`
+  std::size_t next = 0;  // in `wanted`
   bool halved = false;
-  for (std::size_t gap = 0; gap < gaps; ++gap) {
-    const std::size_t right = gap + 1 < known ? gap + 1 : 0;
-    if (std::max(slice.depths[gap], slice.depths[right]) != level - 1) continue;
-    const SamplePosition middle = {slice.places[gap].interval, slice.places[gap].fraction + half};
-    const std::uint64_t nearby =
-        std::uint64_t{8} * (std::uint64_t{slice.table.residuals[gap * channels + coding.base_channel]} +
-                            slice.table.residuals[right * channels + coding.base_channel]);
-    const unsigned activity = (coding::class_of(nearby, coding.activity_shift) + 2) / 4;
+  const auto code_gap = [&](std::uint32_t left) {
+    const std::uint32_t right = slice.samples[left].after;
+    if (right == SliceLevels::kNone) return;
+    const SamplePosition middle = {slice.samples[left].place.interval, slice.samples[left].place.fraction + half};
+    const auto residual = [&](std::uint32_t row) {
+      return static_cast<std::uint64_t>(slice.table.residuals(row)[coding.base_channel]);
+    };
+    const unsigned activity = (coding::class_of(8 * (residual(left) + residual(right)), coding.activity_shift) + 2) / 4;
     const unsigned context = level_context + std::min(activity, 3U) * 2 + (halved ? 1 : 0);
     if (!Io::kDecodes) {
-      while (next < samples->places.size() && samples->places[next] < middle) ++next;
-      halved = next < samples->places.size() && samples->places[next] == middle;
+      while (next < wanted->places.size() && wanted->places[next] < middle) ++next;
+      halved = next < wanted->places.size() && wanted->places[next] == middle;
     }
     io.flag(context, halved);
-    if (!halved) continue;
-
+    if (!halved) return;
     const double at = place_deg(middle);
-    const Stencil stencil = coding::stencil_around(slice, known, gap, at);
-    // The new sample stands behind the known ones for the moment.
-    const std::size_t own = known + slice.found.size();
-    slice.table.resize((own + 1) * channels);
+    const Stencil stencil = slice.stencil_around(left, at);
+    const std::uint32_t own = slice.add({at, middle, level, left, SliceLevels::kNone});
     if (!Io::kDecodes) {
-      std::copy_n(samples->levels.begin() + static_cast<std::ptrdiff_t>(next * channels), channels,
-                  slice.table.levels.begin() + static_cast<std::ptrdiff_t>(own * channels));
+      std::copy_n(wanted->levels.data() + next * coding.channel_count, coding.channel_count, slice.table.levels(own));
     }
     code_sample(io, coding, stencil, coding::spread_of(stencil, slice.table, coding), slice.table, own, base_context,
                 other_context, classes);
-    slice.found.push_back({gap, middle, at});
-    if (!io.ok()) break;
+  };
+  // No two samples of the newest level are neighbours.
+  for (std::size_t k = slice.newest; k < known && io.ok(); ++k) {
+    if (level > 1) code_gap(slice.samples[k].before);
+    code_gap(static_cast<std::uint32_t>(k));
   }
-  if (!slice.found.empty()) coding::merge_found(slice, channels, level);
+  if (slice.samples.size() > known) slice.link(known, level);
 }
 
 }  // namespace sbrdf

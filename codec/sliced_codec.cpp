@@ -131,7 +131,12 @@ class FamilyCosts {
 class Encoder {
  public:
   Encoder(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options)
-      : sliced_(sliced), lattice_(lattice), channels_(sliced.channel_count()) {
+      : sliced_(sliced),
+        lattice_(lattice),
+        channels_(sliced.channel_count()),
+        crossings_(channels_),
+        state_(channels_) {
+    crossings_.hold(lattice.crossings.size());
     index_.frame = sliced.frame;
     index_.domain = sliced.domain;
     index_.channels = sliced.channels;
@@ -273,8 +278,9 @@ class Encoder {
   }
 
   void record_crossings(std::vector<std::vector<Event>>& events) {
-    crossings_.levels = crossing_levels_;
-    crossings_.residuals.assign(crossing_levels_.size(), 0);
+    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
+      std::copy_n(crossing_levels_.data() + k * channels_, channels_, crossings_.levels(k));
+    }
     for (std::uint32_t block = 0; block < blocks_.crossings.size(); ++block) {
       Recorder recorder(events[block]);
       code_crossings(recorder, index_.coding(), plan_, block, crossings_);
@@ -312,7 +318,7 @@ class Encoder {
       const std::size_t count = sliced_.sample_counts[k];
       const SamplesToEncode samples = {std::span(sliced_.positions).subspan(first, count),
                                        std::span(sample_levels_).subspan(first * channels_, count * channels_)};
-      begin_slice(lattice_, slice, crossings_, channels_, state_);
+      begin_slice(lattice_, slice, crossings_, state_);
       for (std::size_t piece = 0; piece < pieces; ++piece) {
         if (!used[piece]) continue;
         Recorder recorder(events_of(piece));
@@ -330,20 +336,27 @@ class Encoder {
   void record_guide(std::vector<Event>& events) {
     if (!sliced_.guide) return;
     const Guide& guide = *sliced_.guide;
+    LevelTable nodes(channels_);
+    nodes.hold(lattice_.nodes[kVertical].size());
+    std::size_t node = 0;
     std::vector<SamplePosition> places;
-    LevelTable nodes;
     std::vector<std::int32_t> samples;
+    std::vector<std::int32_t> levels(channels_);
     for (std::size_t k = 0; k < guide.places.size(); ++k) {
-      std::vector<std::int32_t>& target = guide.places[k].fraction == 0 ? nodes.levels : samples;
-      if (guide.places[k].fraction != 0) places.push_back(guide.places[k]);
       for (std::size_t c = 0; c < channels_; ++c) {
-        target.push_back(guide_level(index_.scale, guide.values[k * channels_ + c]));
+        levels[c] = guide_level(index_.scale, guide.values[k * channels_ + c]);
+      }
+      if (guide.places[k].fraction == 0) {
+        std::copy(levels.begin(), levels.end(), nodes.levels(node++));
+      } else {
+        places.push_back(guide.places[k]);
+        samples.insert(samples.end(), levels.begin(), levels.end());
       }
     }
-    nodes.residuals.assign(nodes.levels.size(), 0);
     Recorder recorder(events);
-    code_guide_nodes(recorder, index_.coding(), nodes);
-    SliceLevels state = begin_guide(lattice_, nodes);
+    code_guide_nodes(recorder, index_.coding(), node, nodes);
+    SliceLevels state(channels_);
+    begin_guide(lattice_, nodes, state);
     const SamplesToEncode wanted = {places, samples};
     for (int level = 1; level <= kMaxLevel; ++level) {
       code_level(

@@ -106,9 +106,12 @@ class SlicedLoader {
         max_level_(max_level),
         tables_(index_),
         want_crossing_(lattice_.crossings.size(), false),
-        want_slice_(lattice_.slices.size(), false) {}
+        want_slice_(lattice_.slices.size(), false),
+        crossings_(channels_),
+        state_(channels_) {}
 
   void want_all() {
+    all_ = true;
     want_crossing_.assign(want_crossing_.size(), true);
     want_slice_.assign(want_slice_.size(), true);
   }
@@ -145,6 +148,7 @@ class SlicedLoader {
   // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
   // any one slice that has samples; a slice without samples needs only its own.
   void want_what_decoding_needs() {
+    if (all_) return;
     const auto want_nodes = [&](std::uint32_t k) {
       for (const SliceNode& node : lattice_.nodes_of(lattice_.slices[k])) want_crossing_[node.crossing] = true;
     };
@@ -192,24 +196,30 @@ class SlicedLoader {
     const Result<std::vector<std::byte>> bytes = reader_.chunk(ChunkOrder::kGuide);
     if (!bytes) return bytes.error();
     StreamReader in(*bytes, tables_);
-    LevelTable nodes;
-    nodes.resize(lattice_.nodes[kVertical].size() * channels_);
-    code_guide_nodes(in, index_.coding(), nodes);
-    SliceLevels state = begin_guide(lattice_, nodes);
+    LevelTable nodes(channels_);
+    const std::size_t node_count = lattice_.nodes[kVertical].size();
+    nodes.hold(node_count);
+    code_guide_nodes(in, index_.coding(), node_count, nodes);
+    SliceLevels state(channels_);
+    begin_guide(lattice_, nodes, state);
     for (int level = 1; level <= kMaxLevel && in.ok(); ++level) {
       code_level(
           in, index_.coding(), level, state,
           [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
           CodingContext::kGuideSample, CodingContext::kGuideSample, false);
-      if (state.size() > index_.guide_count) break;
+      if (state.samples.size() > index_.guide_count) break;
     }
-    if (!in.at_end() || state.size() != index_.guide_count) {
+    if (!in.at_end() || state.samples.size() != index_.guide_count) {
       return damaged(ChunkOrder::kGuide, "SB-8-2", "the guide does not decode");
     }
     Guide guide;
     guide.ratio = index_.guide_ratio;
-    guide.places = state.places;
-    for (const std::int32_t level : state.table.levels) guide.values.push_back(guide_value(index_.scale, level));
+    for (std::uint32_t k = 0; k != SliceLevels::kNone; k = state.samples[k].after) {
+      guide.places.push_back(state.samples[k].place);
+      for (std::size_t c = 0; c < channels_; ++c) {
+        guide.values.push_back(guide_value(index_.scale, state.table.levels(k)[c]));
+      }
+    }
     if (!std::all_of(guide.values.begin(), guide.values.end(), [](float v) { return std::isfinite(v); })) {
       return damaged(ChunkOrder::kGuide, "SB-8-4", "a value of the guide is not finite");
     }
@@ -219,7 +229,7 @@ class SlicedLoader {
   }
 
   Status read_crossings() {
-    crossings_.resize(lattice_.crossings.size() * channels_);
+    crossings_.hold(lattice_.crossings.size());
     read_crossing_.assign(lattice_.crossings.size(), false);
     for (std::uint32_t block = 0; block < reader_.blocks_.crossings.size(); ++block) {
       const std::vector<std::uint32_t>& members = reader_.blocks_.crossings[block];
@@ -280,33 +290,37 @@ class SlicedLoader {
 
   Status read_slice(std::uint32_t k, std::vector<PieceStream>& pieces) {
     const Slice& slice = lattice_.slices[k];
-    begin_slice(lattice_, slice, crossings_, channels_, state_);
-    const std::size_t crossings = state_.size();
+    begin_slice(lattice_, slice, crossings_, state_);
+    const std::size_t crossings = state_.samples.size();
     for (PieceStream& piece : pieces) {
       for (int level = piece.first_level; level < piece.end_level; ++level) {
         code_level(
             *piece.in, coding_, level, state_,
             [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
             CodingContext::kSampleBase, CodingContext::kSampleOther);
-        if (!piece.in->ok() || decoded_ + state_.size() - crossings > index_.adaptive_count) {
+        if (!piece.in->ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
           return damaged(piece.number, "SB-8-3", "the samples do not decode");
         }
       }
     }
-    decoded_ += state_.size() - crossings;
+    decoded_ += state_.samples.size() - crossings;
     if (want_slice_[k]) keep(k, slice);
     return ok_status();
   }
 
   void keep(std::uint32_t k, const Slice& slice) {
     sampled_[k] = sliced_.positions.size();
-    for (std::size_t s = 0; s < state_.size(); ++s) {
-      if (state_.depths[s] == 0 || state_.depths[s] > max_level_) continue;
-      ++sliced_.sample_counts[k];
-      sliced_.positions.push_back(state_.places[s]);
-      append_values([&] { return coordinates_on(slice, state_.positions_deg[s]); },
-                    std::span(state_.table.levels).subspan(s * channels_, channels_), sliced_.sample_values);
-    }
+    std::uint32_t s = 0;
+    do {
+      const SliceLevels::Sample& sample = state_.samples[s];
+      if (sample.level != 0 && sample.level <= max_level_) {
+        ++sliced_.sample_counts[k];
+        sliced_.positions.push_back(sample.place);
+        append_values([&] { return coordinates_on(slice, sample.position_deg); },
+                      std::span(state_.table.levels(s), channels_), sliced_.sample_values);
+      }
+      s = sample.after;
+    } while (s != 0 && s != SliceLevels::kNone);
   }
 
   template <class CoordinatesOf>
@@ -316,11 +330,11 @@ class SlicedLoader {
   }
 
   Result<SlicedBrdf> collect() {
-    sliced_.crossing_values.reserve(crossings_.levels.size());
+    sliced_.crossing_values.reserve(lattice_.crossings.size() * channels_);
     for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
       if (read_crossing_[k]) {
-        append_values([&] { return lattice_.crossings[k]; },
-                      std::span(crossings_.levels).subspan(k * channels_, channels_), sliced_.crossing_values);
+        append_values([&] { return lattice_.crossings[k]; }, std::span(crossings_.levels(k), channels_),
+                      sliced_.crossing_values);
       } else {
         sliced_.crossing_values.resize(sliced_.crossing_values.size() + channels_, 0.0F);
       }
@@ -366,6 +380,7 @@ class SlicedLoader {
   CodingParameters coding_;
   int max_level_;
   DecodingTables tables_;
+  bool all_ = false;
   std::vector<bool> want_crossing_;
   std::vector<bool> want_slice_;
   std::vector<bool> read_crossing_;
