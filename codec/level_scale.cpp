@@ -86,11 +86,11 @@ double LevelScale::magnitude(std::int64_t step) const {
          std::bit_cast<double>(static_cast<std::uint64_t>(exponent) << 52U);
 }
 
-void LevelScale::begin_at_smallest(std::span<const float> values) {
+void LevelScale::begin_at_smallest(std::initializer_list<std::span<const float>> lists) {
   if (lossless()) return;
   float smallest = std::numeric_limits<float>::max();
-  for (const float v : values) {
-    if (v != 0) smallest = std::min(smallest, std::abs(v));
+  for (const std::span<const float> values : lists) {
+    for (const float v : values) smallest = v != 0 ? std::min(smallest, std::abs(v)) : smallest;
   }
   lowest_ = 0;
   lowest_ = level(smallest) - 1;

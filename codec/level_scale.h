@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <vector>
 
@@ -38,8 +39,8 @@ class LevelScale {
   /// Levels to a doubling, whatever the kind.
   [[nodiscard]] double levels_per_octave() const { return lossless() ? 8388608.0 : static_cast<double>(per_octave_); }
 
-  /// Makes the smallest magnitude among the values, zeros aside, level 1. Lossless scales stay as they are.
-  void begin_at_smallest(std::span<const float> values);
+  /// Makes the smallest magnitude among all values, zeros aside, level 1. Lossless scales stay as they are.
+  void begin_at_smallest(std::initializer_list<std::span<const float>> lists);
 
   /// The nearest level; finite values only.
   [[nodiscard]] std::int32_t level(float value) const;

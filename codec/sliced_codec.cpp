@@ -6,24 +6,17 @@
 #include <map>
 #include <utility>
 
+#include "codec/distribution_choice.h"
 #include "codec/guide_levels.h"
-#include "codec/level_scale.h"
 #include "codec/metadata.h"
-#include "codec/residual_map.h"
 #include "codec/sample_coder.h"
 #include "codec/sliced_index.h"
 #include "codec/sliced_reader.h"
+#include "codec/value_scaling.h"
 #include "formats/sbrdf/container.h"
 
 namespace sbrdf {
 namespace {
-
-/// What a chunk holds, before the distributions are known.
-struct Event {
-  std::int64_t value = 0;  ///< a residual, or 0 and 1 for a flag
-  std::uint8_t context = 0;
-  bool flag = false;
-};
 
 /// The Io of code_sample for writing.
 class Recorder {
@@ -42,90 +35,6 @@ class Recorder {
 
  private:
   std::vector<Event>& events_;
-};
-
-/// The scale of a file, and what its values become.
-struct Scaled {
-  LevelScale scale;
-  std::vector<std::int32_t> crossing_levels;
-  std::vector<std::int32_t> sample_levels;
-  std::vector<float> crossing_values;
-  std::vector<float> sample_values;
-};
-
-// Levels and values of one list; false where a value is off by more than `bound`.
-bool apply_scale(const LevelScale& scale, double bound, const std::vector<float>& values,
-                 std::vector<std::int32_t>& levels, std::vector<float>& kept) {
-  levels.resize(values.size());
-  kept.resize(values.size());
-  bool within = true;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    levels[k] = scale.level(values[k]);
-    kept[k] = scale.value(levels[k]);
-    // Written so that an infinity is refused.
-    within = within &&
-             std::abs(static_cast<double>(kept[k]) - values[k]) <= bound * std::abs(static_cast<double>(values[k]));
-  }
-  return within;
-}
-
-Scaled scale_values(const SlicedBrdf& sliced, double precision) {
-  Scaled scaled;
-  // A bound out of a file may be one that no scale is made for.
-  if (precision >= kFinestBound) {
-    precision = std::min(precision, kCoarsestBound);
-    scaled.scale = LevelScale(precision);
-    std::vector<float> smallest;
-    for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
-      float least = std::numeric_limits<float>::max();
-      for (const float v : *values) least = v != 0 ? std::min(least, std::abs(v)) : least;
-      smallest.push_back(least);
-    }
-    scaled.scale.begin_at_smallest(smallest);
-    if (apply_scale(scaled.scale, precision, sliced.crossing_values, scaled.crossing_levels, scaled.crossing_values) &&
-        apply_scale(scaled.scale, precision, sliced.sample_values, scaled.sample_levels, scaled.sample_values)) {
-      return scaled;
-    }
-    scaled.scale = LevelScale();
-  }
-  apply_scale(scaled.scale, 0, sliced.crossing_values, scaled.crossing_levels, scaled.crossing_values);
-  apply_scale(scaled.scale, 0, sliced.sample_values, scaled.sample_levels, scaled.sample_values);
-  return scaled;
-}
-
-using Histograms = std::array<std::array<std::uint32_t, Token::kCount>, CodingContext::kResidualCount>;
-
-// Cost of every token under every distribution of the family.
-class FamilyCosts {
- public:
-  explicit FamilyCosts(unsigned token_count) {
-    for (unsigned number = 0; number < Distribution::kFamilySize; ++number) {
-      const Distribution distribution = make_distribution(number, token_count);
-      for (unsigned t = 0; t < token_count; ++t) cost_[number][t] = cost_256(distribution.frequency[t]);
-    }
-  }
-
-  struct Choice {
-    std::uint8_t number = 0;
-    std::uint64_t cost = std::numeric_limits<std::uint64_t>::max();
-  };
-  [[nodiscard]] Choice cheapest(const std::array<std::uint32_t, Token::kCount>& histogram, unsigned token_count) const {
-    std::array<unsigned, Token::kCount> used{};
-    std::size_t used_count = 0;
-    for (unsigned t = 0; t < token_count; ++t) {
-      if (histogram[t] != 0) used[used_count++] = t;
-    }
-    Choice best;
-    for (unsigned number = 0; number < Distribution::kFamilySize; ++number) {
-      std::uint64_t cost = 0;
-      for (std::size_t k = 0; k < used_count; ++k) cost += std::uint64_t{histogram[used[k]]} * cost_[number][used[k]];
-      if (cost < best.cost) best = {static_cast<std::uint8_t>(number), cost};
-    }
-    return best;
-  }
-
- private:
-  std::array<std::array<std::uint32_t, Token::kCount>, Distribution::kFamilySize> cost_{};
 };
 
 class Encoder {
@@ -154,7 +63,7 @@ class Encoder {
   std::vector<std::byte> run() {
     choose_parameters();
     std::vector<std::vector<Event>> events = record_all();
-    choose_distributions(events);
+    choose_distributions(events, index_);
     std::vector<std::byte> chunks;
     const auto append = [&](std::span<const std::byte> payload) {
       const std::size_t before = chunks.size();
@@ -169,7 +78,7 @@ class Encoder {
   CodingCost cost() {
     choose_parameters();
     const std::vector<std::vector<Event>> events = record_all();
-    choose_distributions(events);
+    choose_distributions(events, index_);
     std::map<std::pair<bool, unsigned>, std::map<std::int64_t, double>> counts;
     CodingCost cost;
     double bits = 0;
@@ -245,7 +154,7 @@ class Encoder {
       index_.activity_shift = shift;
       std::vector<std::vector<Event>> events(blocks_.crossings.size());
       on_slices ? record_some_slices(events.front()) : record_crossings(events);
-      const std::uint64_t cost = choose_distributions(events);
+      const std::uint64_t cost = choose_distributions(events, index_);
       if (cost >= least) return;
       least = cost;
       best_base = base;
@@ -366,47 +275,6 @@ class Encoder {
     }
   }
 
-  std::uint64_t choose_distributions(const std::vector<std::vector<Event>>& events) {
-    Histograms histograms{};
-    std::array<std::array<std::uint32_t, 2>, CodingContext::kFlagCount> flags{};
-    unsigned token_count = Token::kDirect;
-    std::uint64_t plain = 0;
-    for (const std::vector<Event>& chunk : events) {
-      for (const Event& event : chunk) {
-        if (event.flag) {
-          ++flags[event.context][event.value != 0 ? 1 : 0];
-          continue;
-        }
-        const Token token = token_of(event.value);
-        ++histograms[event.context][token.index];
-        token_count = std::max(token_count, token.index + 1);
-        plain += token.bit_count;
-      }
-    }
-    static const FamilyCosts kCosts(Token::kCount);  // near enough to those of fewer tokens
-    index_.token_count = token_count;
-    std::uint64_t cost = 256 * plain;
-    for (std::size_t k = 0; k < histograms.size(); ++k) {
-      const bool used = std::any_of(histograms[k].begin(), histograms[k].end(), [](auto n) { return n != 0; });
-      index_.distributions[k] = SlicedIndex::kUnused;
-      if (!used) continue;
-      const FamilyCosts::Choice choice = kCosts.cheapest(histograms[k], token_count);
-      index_.distributions[k] = choice.number;
-      cost += choice.cost;
-    }
-    for (std::size_t k = 0; k < flags.size(); ++k) {
-      const std::uint64_t total = std::uint64_t{flags[k][0]} + flags[k][1];
-      index_.flags[k] = 0;
-      if (total == 0) continue;
-      const std::uint64_t share =
-          std::clamp<std::uint64_t>((256 * std::uint64_t{flags[k][1]} + total / 2) / total, 1, 255);
-      index_.flags[k] = static_cast<std::uint8_t>(share);
-      cost += flags[k][1] * std::uint64_t{cost_256(static_cast<std::uint32_t>(16 * share))} +
-              flags[k][0] * std::uint64_t{cost_256(static_cast<std::uint32_t>(kProbabilityOne - 16 * share))};
-    }
-    return cost;
-  }
-
   std::vector<std::byte> encode(const std::vector<Event>& events) {
     if (events.empty()) return {};
     if (distributions_.empty()) {
@@ -466,14 +334,6 @@ Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes) {
   Result<SlicedBrdf> sliced = reader->load_all();
   if (!sliced) return sliced.error();
   return DecodedSliced{std::move(sliced).value(), reader->lattice(), reader->version(), reader->index().scale.bound()};
-}
-
-void round_to_precision(SlicedBrdf& sliced, double precision) {
-  Scaled scaled = scale_values(sliced, precision);
-  sliced.crossing_values = std::move(scaled.crossing_values);
-  sliced.sample_values = std::move(scaled.sample_values);
-  if (!sliced.guide) return;
-  for (float& v : sliced.guide->values) v = guide_value(scaled.scale, guide_level(scaled.scale, v));
 }
 
 }  // namespace sbrdf

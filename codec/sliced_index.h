@@ -48,7 +48,7 @@ struct ChunkOrder {
 
   static constexpr std::size_t kMetadata = 0;
   static constexpr std::size_t kGuide = 1;
-  [[nodiscard]] std::size_t crossings(std::size_t block) const { return 2 + block; }
+  [[nodiscard]] static std::size_t crossings(std::size_t block) { return 2 + block; }
   [[nodiscard]] std::size_t slices(std::size_t piece, std::size_t kind, std::size_t block) const {
     return first_piece_ + piece * per_piece_ + kind_offset_[kind] + block;
   }

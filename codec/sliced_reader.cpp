@@ -1,13 +1,6 @@
 #include "codec/sliced_reader.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-
-#include "codec/guide_levels.h"
 #include "codec/metadata.h"
-#include "codec/sample_coder.h"
 #include "formats/sbrdf/container.h"
 
 namespace sbrdf {
@@ -16,10 +9,6 @@ namespace {
 // What a small file can make a reader allocate: no distribution takes less than 1/190 of a bit for a value.
 constexpr double kMostValuesPerByte = 1536;
 constexpr double kValuesAlwaysAllowed = 65536;
-
-Error refuse(const char* clause, const std::string& what) {
-  return {ErrorCode::kInvalidFile, std::string("[") + clause + "] " + what, {}};
-}
 
 // Away from the poles at most eight lattice points are one crossing. Keeps a small file from asking for a huge lattice.
 double least_crossing_count(const FrameSpec& frame) {
@@ -31,366 +20,7 @@ double least_crossing_count(const FrameSpec& frame) {
   return count;
 }
 
-/// Distributions made ready for decoding; those that a file does not use stay empty.
-struct DecodingTables {
-  struct Entry {
-    Distribution distribution;
-    SymbolTable symbols;
-  };
-  std::array<std::optional<Entry>, CodingContext::kResidualCount> residuals;
-  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};  ///< frequency of yes, 0 unused
-
-  explicit DecodingTables(const SlicedIndex& index) {
-    for (std::size_t k = 0; k < residuals.size(); ++k) {
-      if (index.distributions[k] == SlicedIndex::kUnused) continue;
-      const Distribution distribution = make_distribution(index.distributions[k], index.token_count);
-      residuals[k] = Entry{distribution, make_symbol_table(distribution, index.token_count)};
-    }
-    for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = 16U * index.flags[k];
-  }
-};
-
-/// The Io of code_sample for reading.
-class StreamReader {
- public:
-  static constexpr bool kDecodes = true;
-
-  StreamReader(std::span<const std::byte> stream, const DecodingTables& tables) : stream_(stream), tables_(tables) {}
-
-  void residual(unsigned context, std::int64_t& value) {
-    const auto& entry = tables_.residuals[context];
-    if (!entry) {
-      failed_ = true;
-      return;
-    }
-    const unsigned token = entry->symbols[stream_.peek()];
-    stream_.take(entry->distribution.start[token], entry->distribution.frequency[token]);
-    const unsigned count = plain_bits(token);
-    value = residual_of(token, count == 0 ? 0 : stream_.bits(count));
-  }
-  void flag(unsigned context, bool& value) {
-    const std::uint32_t yes = tables_.flags[context];
-    if (yes == 0) {
-      failed_ = true;
-      return;
-    }
-    value = stream_.peek() < yes;
-    value ? stream_.take(0, yes) : stream_.take(yes, kProbabilityOne - yes);
-  }
-  [[nodiscard]] std::int32_t level(std::int64_t level) {
-    constexpr std::int64_t kLeast = std::numeric_limits<std::int32_t>::min();
-    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-    if (level < kLeast || level > kMost) failed_ = true;
-    return static_cast<std::int32_t>(std::clamp(level, kLeast, kMost));
-  }
-  [[nodiscard]] bool ok() const { return !failed_ && !stream_.overrun(); }
-  [[nodiscard]] bool at_end() const { return ok() && stream_.at_end(); }
-
- private:
-  RansDecoder stream_;
-  const DecodingTables& tables_;
-  bool failed_ = false;
-};
-
 }  // namespace
-
-/// One load: which crossings and slices are wanted, and what has been read of them.
-class SlicedLoader {
- public:
-  SlicedLoader(const SlicedReader& reader, int max_level)
-      : reader_(reader),
-        index_(reader.index_),
-        lattice_(*reader.lattice_),
-        channels_(index_.channels.size()),
-        coding_(index_.coding()),
-        max_level_(max_level),
-        tables_(index_),
-        want_crossing_(lattice_.crossings.size(), false),
-        want_slice_(lattice_.slices.size(), false),
-        crossings_(channels_),
-        state_(channels_) {}
-
-  void want_all() {
-    all_ = true;
-    want_crossing_.assign(want_crossing_.size(), true);
-    want_slice_.assign(want_slice_.size(), true);
-  }
-
-  // The sixteen corners and thirty-two lines of a cell, and all crossings of those lines.
-  void want(const CellSet::Cell& cell) {
-    for (unsigned bits = 0; bits < 16; ++bits) {
-      want_crossing_[lattice_.corners[at_corner(cell, bits, lattice_.corner_strides)]] = true;
-      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        if (((bits >> axis) & 1U) != 0 || lattice_.nodes[axis].size() < 2) continue;
-        const std::uint32_t line = at_corner(cell, bits, lattice_.line_strides[axis]);
-        const LineReference& reference = lattice_.lines[axis][line];
-        if (reference.is_constant()) {
-          want_crossing_[reference.crossing()] = true;
-        } else {
-          want_slice_[reference.target] = true;
-        }
-      }
-    }
-  }
-
-  Result<SlicedBrdf> run() {
-    want_what_decoding_needs();
-    sliced_.frame = index_.frame;
-    sliced_.domain = index_.domain;
-    sliced_.channels = index_.channels;
-    if (Status status = read_guide(); !status) return status.error();
-    if (Status status = read_crossings(); !status) return status.error();
-    if (Status status = read_slices(); !status) return status.error();
-    return collect();
-  }
-
- private:
-  // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
-  // any one slice that has samples; a slice without samples needs only its own.
-  void want_what_decoding_needs() {
-    if (all_) return;
-    const auto want_nodes = [&](std::uint32_t k) {
-      for (const SliceNode& node : lattice_.nodes_of(lattice_.slices[k])) want_crossing_[node.crossing] = true;
-    };
-    for (std::uint32_t k = 0; k < want_slice_.size(); ++k) {
-      if (want_slice_[k]) want_nodes(k);
-    }
-    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-      const Blocks& blocks = reader_.blocks_.slices[kind];
-      for (std::size_t block = 0; block < blocks.size(); ++block) {
-        if (is_wanted(blocks[block]) && has_samples(kind, block)) {
-          std::for_each(blocks[block].begin(), blocks[block].end(), want_nodes);
-        }
-      }
-    }
-  }
-
-  [[nodiscard]] bool is_wanted(const std::vector<std::uint32_t>& block) const {
-    return std::any_of(block.begin(), block.end(), [&](std::uint32_t k) { return want_slice_[k]; });
-  }
-  [[nodiscard]] bool has_samples(std::size_t kind, std::size_t block) const {
-    for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
-      if (index_.layout.piece_levels[piece] > max_level_) break;
-      if (index_.chunk_sizes[reader_.order_.slices(piece, kind, block)] != 0) return true;
-    }
-    return false;
-  }
-
-  [[nodiscard]] std::uint32_t at_corner(const CellSet::Cell& cell, unsigned bits, const Strides& strides) const {
-    std::uint32_t at = 0;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      const auto last = static_cast<std::uint32_t>(lattice_.nodes[axis].size() - 1);
-      at += std::min(last, cell[axis] + ((bits >> axis) & 1U)) * strides[axis];
-    }
-    return at;
-  }
-
-  [[nodiscard]] Error damaged(std::size_t chunk, const char* clause, const char* what) const {
-    Error error = refuse(clause, what);
-    error.offset = reader_.offsets_[chunk];
-    return error;
-  }
-
-  Status read_guide() {
-    if (!index_.guided) return ok_status();
-    const Result<std::vector<std::byte>> bytes = reader_.chunk(ChunkOrder::kGuide);
-    if (!bytes) return bytes.error();
-    StreamReader in(*bytes, tables_);
-    LevelTable nodes(channels_);
-    const std::size_t node_count = lattice_.nodes[kVertical].size();
-    nodes.hold(node_count);
-    code_guide_nodes(in, index_.coding(), node_count, nodes);
-    SliceLevels state(channels_);
-    begin_guide(lattice_, nodes, state);
-    for (int level = 1; level <= kMaxLevel && in.ok(); ++level) {
-      code_level(
-          in, index_.coding(), level, state,
-          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
-          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
-      if (state.samples.size() > index_.guide_count) break;
-    }
-    if (!in.at_end() || state.samples.size() != index_.guide_count) {
-      return damaged(ChunkOrder::kGuide, "SB-8-2", "the guide does not decode");
-    }
-    Guide guide;
-    guide.ratio = index_.guide_ratio;
-    for (std::uint32_t k = 0; k != SliceLevels::kNone; k = state.samples[k].after) {
-      guide.places.push_back(state.samples[k].place);
-      for (std::size_t c = 0; c < channels_; ++c) {
-        guide.values.push_back(guide_value(index_.scale, state.table.levels(k)[c]));
-      }
-    }
-    if (!std::all_of(guide.values.begin(), guide.values.end(), [](float v) { return std::isfinite(v); })) {
-      return damaged(ChunkOrder::kGuide, "SB-8-4", "a value of the guide is not finite");
-    }
-    offsets_.emplace(guide, lattice_, channels_, index_.scale);
-    sliced_.guide = std::move(guide);
-    return ok_status();
-  }
-
-  Status read_crossings() {
-    crossings_.hold(lattice_.crossings.size());
-    read_crossing_.assign(lattice_.crossings.size(), false);
-    for (std::uint32_t block = 0; block < reader_.blocks_.crossings.size(); ++block) {
-      const std::vector<std::uint32_t>& members = reader_.blocks_.crossings[block];
-      if (std::none_of(members.begin(), members.end(), [&](std::uint32_t k) { return want_crossing_[k]; })) continue;
-      const std::size_t number = reader_.order_.crossings(block);
-      const Result<std::vector<std::byte>> bytes = reader_.chunk(number);
-      if (!bytes) return bytes.error();
-      StreamReader in(*bytes, tables_);
-      code_crossings(in, coding_, reader_.plan_, block, crossings_);
-      if (!in.at_end()) return damaged(number, "SB-8-1", "the crossings do not decode");
-      for (const std::uint32_t k : members) read_crossing_[k] = true;
-    }
-    return ok_status();
-  }
-
-  /// The stream of one piece of a block; the bytes must outlive it.
-  struct PieceStream {
-    std::vector<std::byte> bytes;
-    std::optional<StreamReader> in;
-    std::size_t number = 0;
-    int first_level = 0;
-    int end_level = 0;
-  };
-
-  // Slice by slice through all pieces, so that nothing but one slice is worked on.
-  Status read_slices() {
-    sliced_.sample_counts.assign(lattice_.slices.size(), 0);
-    sampled_.resize(lattice_.slices.size());
-    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-      for (std::size_t block = 0; block < reader_.blocks_.slices[kind].size(); ++block) {
-        if (!is_wanted(reader_.blocks_.slices[kind][block])) continue;
-        if (Status status = read_block(kind, block); !status) return status;
-      }
-    }
-    return ok_status();
-  }
-
-  Status read_block(std::size_t kind, std::size_t block) {
-    std::vector<PieceStream> pieces;
-    for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
-      const auto [first_level, end_level] = levels_of_piece(index_.layout, piece);
-      const std::size_t number = reader_.order_.slices(piece, kind, block);
-      if (first_level > max_level_ || index_.chunk_sizes[number] == 0) continue;
-      Result<std::vector<std::byte>> bytes = reader_.chunk(number);
-      if (!bytes) return bytes.error();
-      pieces.push_back({*std::move(bytes), {}, number, first_level, end_level});
-    }
-    if (pieces.empty()) return ok_status();
-    for (PieceStream& piece : pieces) piece.in.emplace(piece.bytes, tables_);
-    for (const std::uint32_t k : reader_.blocks_.slices[kind][block]) {
-      if (Status status = read_slice(k, pieces); !status) return status;
-    }
-    for (const PieceStream& piece : pieces) {
-      if (!piece.in->at_end()) return damaged(piece.number, "SB-8-3", "the samples do not decode");
-    }
-    return ok_status();
-  }
-
-  Status read_slice(std::uint32_t k, std::vector<PieceStream>& pieces) {
-    const Slice& slice = lattice_.slices[k];
-    begin_slice(lattice_, slice, crossings_, state_);
-    const std::size_t crossings = state_.samples.size();
-    for (PieceStream& piece : pieces) {
-      for (int level = piece.first_level; level < piece.end_level; ++level) {
-        code_level(
-            *piece.in, coding_, level, state_,
-            [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
-            CodingContext::kSampleBase, CodingContext::kSampleOther);
-        if (!piece.in->ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
-          return damaged(piece.number, "SB-8-3", "the samples do not decode");
-        }
-      }
-    }
-    decoded_ += state_.samples.size() - crossings;
-    if (want_slice_[k]) keep(k, slice);
-    return ok_status();
-  }
-
-  void keep(std::uint32_t k, const Slice& slice) {
-    sampled_[k] = sliced_.positions.size();
-    std::uint32_t s = 0;
-    do {
-      const SliceLevels::Sample& sample = state_.samples[s];
-      if (sample.level != 0 && sample.level <= max_level_) {
-        ++sliced_.sample_counts[k];
-        sliced_.positions.push_back(sample.place);
-        append_values([&] { return coordinates_on(slice, sample.position_deg); },
-                      std::span(state_.table.levels(s), channels_), sliced_.sample_values);
-      }
-      s = sample.after;
-    } while (s != 0 && s != SliceLevels::kNone);
-  }
-
-  template <class CoordinatesOf>
-  void append_values(const CoordinatesOf& x, std::span<std::int32_t> levels, std::vector<float>& values) {
-    if (offsets_) offsets_->put_back(x(), levels);
-    for (const std::int32_t level : levels) values.push_back(index_.scale.value(level));
-  }
-
-  Result<SlicedBrdf> collect() {
-    sliced_.crossing_values.reserve(lattice_.crossings.size() * channels_);
-    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
-      if (read_crossing_[k]) {
-        append_values([&] { return lattice_.crossings[k]; }, std::span(crossings_.levels(k), channels_),
-                      sliced_.crossing_values);
-      } else {
-        sliced_.crossing_values.resize(sliced_.crossing_values.size() + channels_, 0.0F);
-      }
-    }
-    order_by_slice();
-    const auto finite = [](float v) { return std::isfinite(v); };
-    for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
-      if (!std::all_of(values->begin(), values->end(), finite)) return refuse("SB-8-4", "a value is not finite");
-    }
-    sliced_.whole_ranges = index_.ranges;
-    return std::move(sliced_);
-  }
-
-  // Blocks come in an order of their own.
-  void order_by_slice() {
-    std::size_t next = 0;
-    bool ordered = true;
-    for (std::size_t k = 0; k < sampled_.size(); ++k) {
-      ordered = ordered && (sliced_.sample_counts[k] == 0 || sampled_[k] == next);
-      next += sliced_.sample_counts[k];
-    }
-    if (ordered) return;
-    std::vector<SamplePosition> positions;
-    std::vector<float> values;
-    positions.reserve(sliced_.positions.size());
-    values.reserve(sliced_.sample_values.size());
-    for (std::size_t k = 0; k < sampled_.size(); ++k) {
-      const auto first = static_cast<std::ptrdiff_t>(sampled_[k]);
-      const auto count = static_cast<std::ptrdiff_t>(sliced_.sample_counts[k]);
-      const auto channels = static_cast<std::ptrdiff_t>(channels_);
-      positions.insert(positions.end(), sliced_.positions.begin() + first, sliced_.positions.begin() + first + count);
-      values.insert(values.end(), sliced_.sample_values.begin() + first * channels,
-                    sliced_.sample_values.begin() + (first + count) * channels);
-    }
-    sliced_.positions = std::move(positions);
-    sliced_.sample_values = std::move(values);
-  }
-
-  const SlicedReader& reader_;
-  const SlicedIndex& index_;
-  const Lattice& lattice_;
-  std::size_t channels_;
-  CodingParameters coding_;
-  int max_level_;
-  DecodingTables tables_;
-  bool all_ = false;
-  std::vector<bool> want_crossing_;
-  std::vector<bool> want_slice_;
-  std::vector<bool> read_crossing_;
-  LevelTable crossings_;
-  SliceLevels state_;
-  std::vector<std::size_t> sampled_;  ///< per slice, its first sample as decoded
-  std::optional<GuideLevels> offsets_;
-  std::uint64_t decoded_ = 0;
-  SlicedBrdf sliced_;
-};
 
 PartialSliced::PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> lattice, CellSet cells)
     : sliced_(std::move(sliced)),
@@ -406,16 +36,6 @@ Status PartialSliced::evaluate(const DirectionPair& pair, std::span<float> value
   return ok_status();
 }
 
-SlicedReader::SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, LatticeBlocks blocks,
-                           std::string version)
-    : source_(&source),
-      index_(std::move(index)),
-      lattice_(std::make_shared<const Lattice>(std::move(lattice))),
-      version_(std::move(version)),
-      blocks_(std::move(blocks)),
-      plan_(plan_crossings(*lattice_, blocks_)),
-      order_(blocks_, index_.layout.piece_levels.size()) {}
-
 Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
   Result<ContainerHead> head = read_head(source);
   if (!head) return head.error();
@@ -425,7 +45,7 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
   const double values = (least_crossing_count(index->frame) + index->adaptive_count + index->guide_count) *
                         static_cast<double>(index->channels.size());
   if (values > kValuesAlwaysAllowed + kMostValuesPerByte * static_cast<double>(source.size())) {
-    return refuse("SB-2-14", "more values than a file of this size can hold");
+    return refuse_sliced("SB-2-14", "more values than a file of this size can hold");
   }
   Result<Lattice> lattice = build_lattice(index->frame);
   if (!lattice) {
@@ -434,57 +54,49 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
     return error;
   }
   LatticeBlocks blocks = make_blocks(*lattice, index->layout);
-  const std::size_t chunk_count = ChunkOrder(blocks, index->layout.piece_levels.size()).count();
-  if (index->chunk_sizes.size() != chunk_count) {
-    return refuse("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
-                                " chunks, its frame and layout have " + std::to_string(chunk_count));
+  const ChunkOrder order(blocks, index->layout.piece_levels.size());
+  if (index->chunk_sizes.size() != order.count()) {
+    return refuse_sliced("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
+                                       " chunks, its frame and layout have " + std::to_string(order.count()));
   }
-  SlicedReader reader(source, std::move(index).value(), std::move(lattice).value(), std::move(blocks), head->version());
-  if (reader.index_.metadata_size == 0 && reader.index_.chunk_sizes[ChunkOrder::kMetadata] != 0) {
-    return refuse("SB-8-5", "a chunk of metadata, but no metadata");
+  if (index->metadata_size == 0 && index->chunk_sizes[ChunkOrder::kMetadata] != 0) {
+    return refuse_sliced("SB-8-5", "a chunk of metadata, but no metadata");
   }
-  if (!reader.index_.guided && reader.index_.chunk_sizes[ChunkOrder::kGuide] != 0) {
-    return refuse("SB-8-2", "a guide's chunk, but no guide");
+  if (!index->guided && index->chunk_sizes[ChunkOrder::kGuide] != 0) {
+    return refuse_sliced("SB-8-2", "a guide's chunk, but no guide");
   }
-  std::uint64_t offset = head->chunks_offset();
-  for (const std::uint32_t size : reader.index_.chunk_sizes) {
-    reader.offsets_.push_back(offset);
-    offset += size;
+  std::vector<std::uint64_t> offsets = {head->chunks_offset()};
+  for (const std::uint32_t size : index->chunk_sizes) offsets.push_back(offsets.back() + size);
+  if (offsets.back() != source.size() && !(newer_minor && offsets.back() < source.size())) {
+    return refuse_sliced(
+        "SB-3-2", "the chunks end at byte " + std::to_string(offsets.back()) + " of " + std::to_string(source.size()));
   }
-  reader.offsets_.push_back(offset);
-  if (offset != source.size() && !(newer_minor && offset < source.size())) {
-    return refuse("SB-3-2",
-                  "the chunks end at byte " + std::to_string(offset) + " of " + std::to_string(source.size()));
-  }
-  return reader;
-}
-
-Result<std::vector<std::byte>> SlicedReader::chunk(std::size_t number) const {
-  return read_chunk(*source_, offsets_[number], index_.chunk_sizes[number]);
+  CrossingPlan plan = plan_crossings(*lattice, blocks);
+  return SlicedReader({&source, std::move(index).value(), std::make_shared<const Lattice>(std::move(lattice).value()),
+                       std::move(blocks), std::move(plan), order, std::move(offsets)},
+                      head->version());
 }
 
 Result<std::string> SlicedReader::metadata() const {
-  if (index_.metadata_size == 0) return std::string();
-  const Result<std::vector<std::byte>> packed = chunk(ChunkOrder::kMetadata);
+  if (file_.index.metadata_size == 0) return std::string();
+  const Result<std::vector<std::byte>> packed = file_.chunk(ChunkOrder::kMetadata);
   if (!packed) return packed.error();
-  std::optional<std::string> text = unpack_metadata(*packed, index_.metadata_size);
-  if (!text) return refuse("SB-8-5", "the metadata do not decompress to the size in the index");
+  std::optional<std::string> text = unpack_metadata(*packed, file_.index.metadata_size);
+  if (!text) return refuse_sliced("SB-8-5", "the metadata do not decompress to the size in the index");
   return *std::move(text);
 }
 
 Result<SlicedBrdf> SlicedReader::load_all(int max_level) const {
-  SlicedLoader loader(*this, max_level);
-  loader.want_all();
-  Result<SlicedBrdf> sliced = loader.run();
+  Result<SlicedBrdf> sliced = load_samples(file_, max_level);
   if (!sliced) return sliced;
   if (max_level >= kMaxLevel) {
-    if (sliced->adaptive_count() != index_.adaptive_count) {
-      return refuse("SB-8-3", "there are " + std::to_string(sliced->adaptive_count()) + " samples, the index says " +
-                                  std::to_string(index_.adaptive_count));
+    if (sliced->adaptive_count() != file_.index.adaptive_count) {
+      return refuse_sliced("SB-8-3", "there are " + std::to_string(sliced->adaptive_count()) +
+                                         " samples, the index says " + std::to_string(file_.index.adaptive_count));
     }
     sliced->whole_ranges.clear();
-    if (value_ranges(*sliced) != index_.ranges) {
-      return refuse("SB-8-6", "the values do not span the ranges in the index");
+    if (value_ranges(*sliced) != file_.index.ranges) {
+      return refuse_sliced("SB-8-6", "the values do not span the ranges in the index");
     }
   }
   Result<std::string> text = metadata();
@@ -494,20 +106,18 @@ Result<SlicedBrdf> SlicedReader::load_all(int max_level) const {
 }
 
 Result<PartialSliced> SlicedReader::load(const CellSet& cells, int max_level) const {
-  SlicedLoader loader(*this, max_level);
-  cells.for_each([&](const CellSet::Cell& cell) { loader.want(cell); });
-  Result<SlicedBrdf> sliced = loader.run();
+  Result<SlicedBrdf> sliced = load_samples(file_, cells, max_level);
   if (!sliced) return sliced.error();
-  return PartialSliced(std::move(sliced).value(), lattice_, cells);
+  return PartialSliced(std::move(sliced).value(), file_.lattice, cells);
 }
 
 std::uint64_t SlicedReader::bytes_up_to(int max_level) const {
-  std::size_t end = order_.crossings(blocks_.crossings.size());
-  for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
-    if (index_.layout.piece_levels[piece] > max_level) break;
-    end = order_.slices(piece, 0, 0) + order_.per_piece();
+  std::size_t end = ChunkOrder::crossings(file_.blocks.crossings.size());
+  for (std::size_t piece = 0; piece < file_.index.layout.piece_levels.size(); ++piece) {
+    if (file_.index.layout.piece_levels[piece] > max_level) break;
+    end = file_.order.slices(piece, 0, 0) + file_.order.per_piece();
   }
-  return offsets_[end];
+  return file_.offsets[end];
 }
 
 }  // namespace sbrdf

@@ -4,12 +4,12 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "codec/cell_set.h"
 #include "codec/evaluator.h"
 #include "codec/sliced_codec.h"
-#include "codec/sliced_index.h"
+#include "codec/sliced_loader.h"
 #include "formats/core/byte_source.h"
 
 namespace sbrdf {
@@ -40,8 +40,8 @@ class SlicedReader {
   /// `source` must live as long as the reader.
   [[nodiscard]] static Result<SlicedReader> open(const ByteSource& source);
 
-  [[nodiscard]] const SlicedIndex& index() const { return index_; }
-  [[nodiscard]] const Lattice& lattice() const { return *lattice_; }
+  [[nodiscard]] const SlicedIndex& index() const { return file_.index; }
+  [[nodiscard]] const Lattice& lattice() const { return *file_.lattice; }
   [[nodiscard]] const std::string& version() const { return version_; }
 
   /// The JSON object of how the file came to be; may be empty.
@@ -56,18 +56,10 @@ class SlicedReader {
   [[nodiscard]] std::uint64_t bytes_up_to(int max_level) const;
 
  private:
-  SlicedReader(const ByteSource& source, SlicedIndex index, Lattice lattice, LatticeBlocks blocks, std::string version);
-  [[nodiscard]] Result<std::vector<std::byte>> chunk(std::size_t number) const;
-  friend class SlicedLoader;
+  SlicedReader(SlicedFile file, std::string version) : file_(std::move(file)), version_(std::move(version)) {}
 
-  const ByteSource* source_;
-  SlicedIndex index_;
-  std::shared_ptr<const Lattice> lattice_;
+  SlicedFile file_;
   std::string version_;
-  LatticeBlocks blocks_;
-  CrossingPlan plan_;
-  ChunkOrder order_;
-  std::vector<std::uint64_t> offsets_;  ///< of chunks, one entry more than there are
 };
 
 }  // namespace sbrdf

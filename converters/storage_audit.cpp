@@ -34,7 +34,7 @@ std::uint64_t baseline_size(const SlicedBrdf& sliced, double bound) {
   std::vector<float> values = sliced.crossing_values;
   values.insert(values.end(), sliced.sample_values.begin(), sliced.sample_values.end());
   LevelScale scale(bound);
-  scale.begin_at_smallest(values);
+  scale.begin_at_smallest({values});
   const std::size_t channels = sliced.channel_count();
   std::vector<std::uint32_t> differences;
   for (std::size_t c = 0; c < channels; ++c) {

@@ -33,7 +33,7 @@ std::vector<float> magnitudes(std::size_t count) {
 
 LevelScale scale_from_least(double bound) {
   LevelScale scale(bound);
-  scale.begin_at_smallest(std::array{kLeast});
+  scale.begin_at_smallest({std::array{kLeast}});
   return scale;
 }
 
@@ -165,14 +165,14 @@ TEST(BoundedScale, BeginsAtTheSmallestMagnitude) {
     for (const float smallest : {kLeast, 1e-30F, 0.37F, 1.0F, 1e30F}) {
       LevelScale scale(bound);
       const std::array values = {0.0F, 4 * smallest, -smallest, 2 * smallest, -0.0F};
-      scale.begin_at_smallest(values);
+      scale.begin_at_smallest({values});
       EXPECT_EQ(scale.level(smallest), 1);
       EXPECT_EQ(scale.level(-smallest), -1);
       EXPECT_EQ(scale.level(4 * smallest), 1 + 2 * static_cast<std::int32_t>(scale.per_octave()));
       EXPECT_NEAR(scale.value(1), smallest, bound * static_cast<double>(smallest));
       // A second time changes nothing.
       const std::int32_t lowest = scale.lowest();
-      scale.begin_at_smallest(values);
+      scale.begin_at_smallest({values});
       EXPECT_EQ(scale.lowest(), lowest);
     }
   }
@@ -180,7 +180,7 @@ TEST(BoundedScale, BeginsAtTheSmallestMagnitude) {
 
 TEST(BoundedScale, MayBeginAtNothing) {
   LevelScale scale(0.01);
-  scale.begin_at_smallest(std::array{0.0F, -0.0F});
+  scale.begin_at_smallest({std::array{0.0F, -0.0F}});
   EXPECT_EQ(scale.level(0.0F), 0);
   scale.begin_at_smallest({});
   EXPECT_EQ(scale.level(0.0F), 0);
@@ -237,7 +237,7 @@ TEST(LosslessScale, GivesBackEveryBit) {
 
 TEST(LosslessScale, HasTheBitsAsLevelsWhateverTheSmallestValue) {
   LevelScale scale;
-  scale.begin_at_smallest(std::array{3.0F});
+  scale.begin_at_smallest({std::array{3.0F}});
   EXPECT_TRUE(scale.lossless());
   EXPECT_EQ(scale.level(1.0F), 0x3F800000);
   EXPECT_EQ(scale.level(-1.0F), -0x3F800000);
