@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
 
 namespace sbrdf {
 namespace {
 
 using Point = std::array<std::uint32_t, kAxisCount>;
-
-constexpr std::uint32_t kUnseen = 0xFFFFFFFFU;
 
 template <class Visit>
 void walk(const Lattice& lattice, std::size_t left_out, const Visit& visit) {
@@ -24,23 +21,50 @@ void walk(const Lattice& lattice, std::size_t left_out, const Visit& visit) {
         for (p[0] = 0; p[0] < counts[0]; ++p[0]) visit(p);
 }
 
-Point block_at(const Point& point, const std::array<std::uint32_t, kAxisCount>& block_nodes) {
-  Point block{};
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    // Compared from axis 3 on.
-    block[kAxisCount - 1 - axis] = block_nodes[axis] == 0 ? 0 : point[axis] / block_nodes[axis];
+/// Blocks numbered by their place on axis 3, then 2, 1, 0, with and without members.
+class BlockGrid {
+ public:
+  BlockGrid(const Lattice& lattice, const std::array<std::uint32_t, kAxisCount>& block_nodes,
+            std::size_t most_members) {
+    members_.reserve(most_members);
+    places_.reserve(most_members);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+      const auto nodes = static_cast<std::uint32_t>(lattice.nodes[axis].size());
+      const std::uint32_t size = block_nodes[axis] == 0 ? nodes : block_nodes[axis];
+      for (std::uint32_t k = 0; k < nodes; ++k) part_[axis].push_back(k / size * count_);
+      count_ *= (nodes - 1) / size + 1;
+    }
   }
-  return block;
-}
 
-Blocks gather(const std::map<Point, std::vector<std::uint32_t>>& members, std::vector<std::uint32_t>& block_of) {
-  Blocks blocks;
-  for (const auto& [key, list] : members) {
-    for (const std::uint32_t member : list) block_of[member] = static_cast<std::uint32_t>(blocks.size());
-    blocks.push_back(list);
+  void add(const Point& p, std::uint32_t member) {
+    members_.push_back(member);
+    places_.push_back(part_[0][p[0]] + part_[1][p[1]] + part_[2][p[2]] + part_[3][p[3]]);
   }
-  return blocks;
-}
+
+  /// The blocks with members; sets the number of each member's block.
+  [[nodiscard]] Blocks blocks(std::vector<std::uint32_t>& block_of) const {
+    std::vector<std::uint32_t> sizes(count_, 0);
+    for (const std::uint32_t place : places_) ++sizes[place];
+    Blocks blocks;
+    std::vector<std::uint32_t> number(count_, 0);
+    for (std::uint32_t place = 0; place < count_; ++place) {
+      if (sizes[place] == 0) continue;
+      number[place] = static_cast<std::uint32_t>(blocks.size());
+      blocks.emplace_back().reserve(sizes[place]);
+    }
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+      block_of[members_[k]] = number[places_[k]];
+      blocks[number[places_[k]]].push_back(members_[k]);
+    }
+    return blocks;
+  }
+
+ private:
+  std::array<std::vector<std::uint32_t>, kAxisCount> part_;  ///< of a block's number, by node
+  std::uint32_t count_ = 1;
+  std::vector<std::uint32_t> members_;
+  std::vector<std::uint32_t> places_;
+};
 
 }  // namespace
 
@@ -78,44 +102,47 @@ ChunkLayout split_layout(const Lattice& lattice, std::size_t sample_count) {
   return layout;
 }
 
+// Crossings and slices have their numbers in the order in which the walks meet them.
+
 std::vector<Point> first_points(const Lattice& lattice) {
-  std::vector<Point> first(lattice.crossings.size());
-  std::vector<bool> seen(lattice.crossings.size(), false);
+  // Without a branch: whether a point is a first one is hard to foresee.
+  std::vector<Point> first(lattice.crossings.size() + 1);
+  std::size_t next = 0;
   std::size_t k = 0;
   walk(lattice, kAxisCount, [&](const Point& p) {
-    const std::uint32_t crossing = lattice.corners[k++];
-    if (!seen[crossing]) first[crossing] = p;
-    seen[crossing] = true;
+    first[next] = p;
+    next += lattice.corners[k++] == next ? 1 : 0;
   });
+  first.pop_back();
   return first;
 }
 
 LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
   LatticeBlocks blocks;
   blocks.block_of_crossing.resize(lattice.crossings.size());
-  blocks.block_of_slice.assign(lattice.slices.size(), kUnseen);
-  std::map<Point, std::vector<std::uint32_t>> members;
-  const std::vector<Point> first = first_points(lattice);
-  for (std::uint32_t k = 0; k < first.size(); ++k) {
-    members[block_at(first[k], layout.block_nodes[ChunkLayout::kCrossings])].push_back(k);
-  }
-  blocks.crossings = gather(members, blocks.block_of_crossing);
+  blocks.block_of_slice.resize(lattice.slices.size());
+  BlockGrid crossings(lattice, layout.block_nodes[ChunkLayout::kCrossings], lattice.crossings.size());
+  std::uint32_t crossing = 0;
+  for (const Point& p : first_points(lattice)) crossings.add(p, crossing++);
+  blocks.crossings = crossings.blocks(blocks.block_of_crossing);
 
-  std::array<std::map<Point, std::vector<std::uint32_t>>, kAxisCount> by_kind;
+  std::vector<BlockGrid> by_kind;
+  by_kind.reserve(kAxisCount);
+  for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+    by_kind.emplace_back(lattice, layout.block_nodes[kind], lattice.slices.size());
+  }
+  std::uint32_t slice = 0;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     if (lattice.nodes[axis].size() < 2) continue;
     std::size_t line = 0;
     walk(lattice, axis, [&](const Point& p) {
-      const LineReference& reference = lattice.lines[axis][line++];
-      if (reference.is_constant() || blocks.block_of_slice[reference.target] != kUnseen) return;
-      const SliceKind kind = lattice.slices[reference.target].kind;
-      by_kind[kind][block_at(p, layout.block_nodes[kind])].push_back(reference.target);
-      blocks.block_of_slice[reference.target] = 0;
+      if (lattice.lines[axis][line++].target != slice) return;
+      by_kind[lattice.slices[slice].kind].add(p, slice);
+      ++slice;
     });
   }
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-    for (auto& [key, list] : by_kind[kind]) std::sort(list.begin(), list.end());
-    blocks.slices[kind] = gather(by_kind[kind], blocks.block_of_slice);
+    blocks.slices[kind] = by_kind[kind].blocks(blocks.block_of_slice);
   }
   return blocks;
 }

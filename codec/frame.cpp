@@ -1,7 +1,6 @@
 #include "codec/frame.h"
 
 #include <cassert>
-#include <cmath>
 
 #include "codec/frame_geometries.h"
 
@@ -46,12 +45,6 @@ Status check_exchange(const Axis& axis) {
 }
 
 }  // namespace
-
-double wrap_node(double angle_deg, double period_deg) {
-  constexpr double kSnap = 1e-9;
-  const double wrapped = wrap(angle_deg, period_deg);
-  return period_deg - wrapped < kSnap ? 0.0 : wrapped;
-}
 
 ServedRange served_range(std::span<const double> padded, double node_deg) {
   std::size_t k = 0;

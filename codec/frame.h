@@ -103,6 +103,9 @@ class FrameGeometry {
   /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a
   /// pole or for an isotropic material are taken out, fixed azimuths lie within their node period, and the moving one's
   /// offset within its line period.
+  ///
+  /// Axes 0 and 1 are azimuths, 2 and 3 polar. What becomes of the azimuths depends on the polar coordinates only by
+  /// which of them stay at 0; these stay as they are, or, in a frame where both have the same nodes, change places.
   [[nodiscard]] virtual Images images(const AffineLine& line, const Symmetries& symmetries) const = 0;
 };
 

@@ -35,8 +35,10 @@ void wrap_azimuths(AffineLine& line, bool isotropic) {
   const std::size_t fixed = line.slope[kU] != 0 ? kS : kU;
   const std::size_t other = fixed == kS ? kU : kS;
   const double wrapped = wrap_node(line.offset[fixed], 360);
-  // A whole turn of one is a whole turn of the other.
-  line.offset[other] += std::round((wrapped - line.offset[fixed]) / 360) * 360;
+  if (wrapped != line.offset[fixed]) {
+    // A whole turn of one is a whole turn of the other.
+    line.offset[other] += std::round((wrapped - line.offset[fixed]) / 360) * 360;
+  }
   line.offset[fixed] = wrapped;
   line.offset[other] = wrap_node(line.offset[other], 720);
 }

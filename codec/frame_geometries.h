@@ -27,7 +27,12 @@ inline constexpr double kUnitsPerDegree = 1e6;
 }
 
 /// wrap(), and 0 where rounding left the result just below the period: nodes come from decimal degrees and their sums.
-[[nodiscard]] double wrap_node(double angle_deg, double period_deg);
+[[nodiscard]] inline double wrap_node(double angle_deg, double period_deg) {
+  constexpr double kSnap = 1e-9;
+  if (angle_deg >= 0 && period_deg - angle_deg >= kSnap) return angle_deg + 0.0;  // as below, without the calls
+  const double wrapped = wrap(angle_deg, period_deg);
+  return period_deg - wrapped < kSnap ? 0.0 : wrapped;
+}
 /// This coordinate is 0 all along the line.
 [[nodiscard]] inline bool stays_at_zero(const AffineLine& line, std::size_t axis) {
   return line.slope[axis] == 0 && line.offset[axis] == 0;

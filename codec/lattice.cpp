@@ -3,262 +3,287 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <map>
-#include <numeric>
-#include <tuple>
-#include <unordered_map>
 #include <utility>
 
+#include "codec/azimuth_patterns.h"
 #include "codec/frame_geometries.h"
 
 namespace sbrdf {
 namespace {
 
 constexpr std::uint64_t kMaxPoints = 1ULL << 21U;
-
-// Compared from the front: the moving axis, then theta_i before theta_v (elevation frame), so that of two reciprocal
-// twins the one with theta_i <= theta_v, and of two slices the horizontal one, is kept.
-struct Key {
-  std::array<std::int64_t, kAxisCount + 1> value{};
-  auto operator<=>(const Key&) const = default;
-};
-
-struct KeyHash {
-  std::size_t operator()(const Key& key) const {
-    std::uint64_t hash = 0;
-    for (const std::int64_t v : key.value) hash = (hash ^ static_cast<std::uint64_t>(v)) * 0x9E3779B97F4A7C15ULL;
-    return static_cast<std::size_t>(hash ^ (hash >> 32U));
-  }
-};
-
 constexpr std::size_t kNoAxis = kAxisCount;
-constexpr std::int64_t kMoving = -1;  // no coordinate is negative
+constexpr std::uint32_t kUnseen = 0xFFFFFFFFU;
 
-std::size_t moving_axis(const AffineLine& line) {
+Status pad_axes(Lattice& lattice) {
+  const FrameGeometry& frame = geometry(lattice.spec.id);
+  std::uint64_t points = 1;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    if (line.slope[axis] != 0) return axis;
-  }
-  return kNoAxis;
-}
-
-Key key_of(const AffineLine& line) {
-  Key key;
-  key.value[0] = static_cast<std::int64_t>(moving_axis(line));
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    key.value[kAxisCount - axis] = line.slope[axis] != 0 ? kMoving : node_units(line.offset[axis]);
-  }
-  return key;
-}
-
-// Of all symmetric images the one with the least key stands for them all.
-const AffineLine& representative(const Images& images) {
-  std::size_t best = 0;
-  Key best_key = key_of(images.lines[0]);
-  for (std::size_t k = 1; k < images.count; ++k) {
-    const Key key = key_of(images.lines[k]);
-    if (key < best_key) {
-      best_key = key;
-      best = k;
+    const std::vector<double>& nodes = lattice.spec.axes[axis].nodes_deg;
+    std::vector<double>& padded = lattice.nodes[axis];
+    padded = nodes;
+    const double period = frame.node_period(axis);
+    if (period > 0 && nodes.size() > 1) {
+      const bool two_turns = axis == kAxial && frame.line_period(axis, lattice.spec.symmetries) > period;
+      if (two_turns) {
+        for (const double node : nodes) padded.push_back(node + period);
+      }
+      padded.push_back(two_turns ? 2 * period : period);
     }
+    points *= padded.size();
+    if (points > kMaxPoints) return Error{ErrorCode::kUnsupported, "frame: more than 2^21 lattice points", {}};
   }
-  return images.lines[best];
+  return ok_status();
 }
 
-struct PaddedPoint {
-  std::array<std::uint32_t, kAxisCount> index{};
-};
+Strides strides(const Lattice& lattice, std::size_t left_out) {
+  Strides strides{};
+  std::uint32_t stride = 1;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    if (axis == left_out) continue;
+    strides[axis] = stride;
+    stride *= static_cast<std::uint32_t>(lattice.nodes[axis].size());
+  }
+  return strides;
+}
 
-class Builder {
+/// Of each polar pair, the numbers of the crossings or slices that it has for its own.
+class PairNumbers {
  public:
-  explicit Builder(const FrameSpec& spec) : frame_(geometry(spec.id)) { lattice_.spec = spec; }
+  explicit PairNumbers(const Lattice& lattice)
+      : pairs_in_row_(lattice.nodes[kHorizontal].size() + 1),
+        begin_(pairs_in_row_ * (lattice.nodes[kVertical].size() + 1), kUnseen) {}
 
-  Result<Lattice> build() {
-    if (Status status = pad_axes(); !status) return status.error();
-    number_crossings();
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      if (Status status = number_lines(axis); !status) return status.error();
+  /// `count` numbers, kUnseen at first.
+  std::span<std::uint32_t> of(const PolarPair& pair, std::size_t count) {
+    std::uint32_t& begin = begin_[pair[0] + pair[1] * pairs_in_row_];
+    if (begin == kUnseen) {
+      begin = static_cast<std::uint32_t>(numbers_.size());
+      numbers_.resize(numbers_.size() + count, kUnseen);
     }
-    if (Status status = place_nodes(); !status) return status.error();
-    return std::move(lattice_);
+    return std::span(numbers_).subspan(begin, count);
   }
 
  private:
-  Status pad_axes() {
-    std::uint64_t points = 1;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      const std::vector<double>& nodes = lattice_.spec.axes[axis].nodes_deg;
-      std::vector<double>& padded = lattice_.nodes[axis];
-      padded = nodes;
-      const double period = frame_.node_period(axis);
-      if (period > 0 && nodes.size() > 1) {
-        const bool two_turns = axis == kAxial && frame_.line_period(axis, lattice_.spec.symmetries) > period;
-        if (two_turns) {
-          for (const double node : nodes) padded.push_back(node + period);
-        }
-        padded.push_back(two_turns ? 2 * period : period);
-      }
-      points *= padded.size();
-      if (points > kMaxPoints) return Error{ErrorCode::kUnsupported, "frame: more than 2^21 lattice points", {}};
+  std::size_t pairs_in_row_;
+  std::vector<std::uint32_t> begin_;
+  std::vector<std::uint32_t> numbers_;
+};
+
+/// Walks the polar pairs in the order of the lattice, and gives the crossings and slices of their patterns numbers.
+class Builder {
+ public:
+  /// The lattice has its nodes and strides.
+  explicit Builder(Lattice& lattice)
+      : lattice_(lattice), patterns_(lattice), crossing_numbers_(lattice), slice_numbers_(lattice) {}
+
+  void build() {
+    reserve();
+    number_crossings();
+    for (const std::size_t axis : {kAxial, kDiagonal}) {
+      if (lattice_.nodes[axis].size() > 1) number_azimuth_lines(axis);
     }
-    return ok_status();
+    for (const std::size_t axis : {kHorizontal, kVertical}) {
+      if (lattice_.nodes[axis].size() > 1) number_polar_lines(axis);
+    }
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t node_count(std::size_t axis) const {
+    return static_cast<std::uint32_t>(lattice_.nodes[axis].size());
   }
 
   template <class Visit>
-  void for_each_point(std::size_t left_out, const Visit& visit) const {
-    PaddedPoint point;
-    std::array<std::size_t, kAxisCount> counts{};
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) counts[axis] = lattice_.nodes[axis].size();
-    if (left_out < kAxisCount) counts[left_out] = 1;
-    for (point.index[3] = 0; point.index[3] < counts[3]; ++point.index[3])
-      for (point.index[2] = 0; point.index[2] < counts[2]; ++point.index[2])
-        for (point.index[1] = 0; point.index[1] < counts[1]; ++point.index[1])
-          for (point.index[0] = 0; point.index[0] < counts[0]; ++point.index[0]) visit(point);
+  void for_each_pair(const Visit& visit) const {
+    for (std::uint32_t v = 0; v < node_count(kVertical); ++v)
+      for (std::uint32_t h = 0; h < node_count(kHorizontal); ++h) visit(PolarPair{h, v});
   }
 
-  [[nodiscard]] Strides strides(std::size_t left_out) const {
-    Strides strides{};
-    std::uint32_t stride = 1;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      if (axis == left_out) continue;
-      strides[axis] = stride;
-      stride *= static_cast<std::uint32_t>(lattice_.nodes[axis].size());
+  // The pairs of the lines along a polar axis.
+  template <class Visit>
+  void for_each_polar_line(std::size_t axis, const Visit& visit) const {
+    PolarPair pair{};
+    pair[axis - kHorizontal] = node_count(axis);
+    std::uint32_t& fixed = pair[kVertical - axis];
+    for (fixed = 0; fixed < node_count(kHorizontal + kVertical - axis); ++fixed) visit(pair);
+  }
+
+  [[nodiscard]] std::uint32_t first_corner(const PolarPair& pair) const {
+    return pair[0] * lattice_.corner_strides[kHorizontal] + pair[1] * lattice_.corner_strides[kVertical];
+  }
+
+  // Its members change places only where both polar axes have the same nodes.
+  [[nodiscard]] static PolarPair home_pair(const PolarPair& pair, const Pattern& pattern) {
+    return pattern.exchanged ? PolarPair{pair[1], pair[0]} : pair;
+  }
+
+  // The polar coordinates of what a pattern finds at a pair; the one of a line along its axis is 0.
+  void set_polar(Coordinates& x, const PolarPair& pair, const Pattern& pattern) const {
+    for (const std::size_t axis : {kHorizontal, kVertical}) {
+      const std::size_t own = pattern.exchanged ? kHorizontal + kVertical - axis : axis;
+      const std::uint32_t index = pair[own - kHorizontal];
+      x[axis] = index < node_count(own) ? lattice_.nodes[own][index] : 0;
     }
-    return strides;
   }
 
-  [[nodiscard]] AffineLine at(const PaddedPoint& point) const {
-    AffineLine line;
+  // What there is going to be, but for crossings and slices that rounding keeps apart.
+  void reserve() {
+    std::size_t points = 1;
+    for (const std::vector<double>& nodes : lattice_.nodes) points *= nodes.size();
+    lattice_.corners.reserve(points);
+    std::size_t crossings = 0;
+    std::size_t slices = 0;
+    std::size_t slice_nodes = 0;
+    for_each_pair([&](const PolarPair& pair) {
+      const Pattern& pattern = patterns_.points(pair);
+      if (pattern.exchanged) return;
+      const PolarKind& kind = patterns_.kind(pattern.home);
+      crossings += kind.crossings.size();
+      slices += kind.slices.size();
+      for (const PatternSlice& slice : kind.slices) slice_nodes += slice.nodes.size();
+    });
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      line.offset[axis] = lattice_.nodes[axis][point.index[axis]];
+      if (node_count(axis) == 1) continue;
+      lattice_.lines[axis].reserve(points / node_count(axis));
+      if (axis < kHorizontal) continue;
+      for_each_polar_line(axis, [&](const PolarPair& pair) {
+        const Pattern& pattern = patterns_.points(pair);
+        if (pattern.exchanged) return;
+        const std::size_t count = patterns_.kind(pattern.home).crossings.size();
+        slices += count;
+        slice_nodes += count * node_count(axis);
+      });
     }
-    return line;
-  }
-
-  [[nodiscard]] Images images(const AffineLine& line) const { return frame_.images(line, lattice_.spec.symmetries); }
-
-  std::uint32_t crossing_at(const AffineLine& point) {
-    const AffineLine canonical = representative(images(point));
-    const auto [entry, added] =
-        crossing_ids_.try_emplace(key_of(canonical), static_cast<std::uint32_t>(lattice_.crossings.size()));
-    if (added) lattice_.crossings.push_back(canonical.offset);
-    return entry->second;
+    lattice_.crossings.reserve(crossings);
+    lattice_.slices.reserve(slices);
+    lattice_.slice_nodes.reserve(slice_nodes);
   }
 
   void number_crossings() {
-    lattice_.corner_strides = strides(kNoAxis);
-    for_each_point(kNoAxis, [&](const PaddedPoint& point) { lattice_.corners.push_back(crossing_at(at(point))); });
-  }
-
-  Status number_lines(std::size_t axis) {
-    lattice_.line_strides[axis] = strides(axis);
-    if (lattice_.nodes[axis].size() == 1) return ok_status();
-    Status status = ok_status();
-    for_each_point(axis, [&](const PaddedPoint& point) {
-      AffineLine line = at(point);
-      line.offset[axis] = 0;
-      line.slope[axis] = 1;
-      const AffineLine canonical = representative(images(line));
-      LineReference reference;
-      if (const std::size_t moving = moving_axis(canonical); moving == kNoAxis) {
-        reference.target = LineReference::kConstant | crossing_at(at(point));
-      } else {
-        reference = {slice_of(canonical, moving), canonical.slope[moving], canonical.offset[moving]};
-        collect_nodes(axis, point, reference);
+    for_each_pair([&](const PolarPair& pair) {
+      const Pattern& pattern = patterns_.points(pair);
+      const std::vector<Coordinates>& crossings = patterns_.kind(pattern.home).crossings;
+      const std::span<std::uint32_t> numbers = crossing_numbers_.of(home_pair(pair, pattern), crossings.size());
+      for (const LineReference& reference : pattern.references) {
+        std::uint32_t& number = numbers[reference.target];
+        if (number == kUnseen) {
+          number = static_cast<std::uint32_t>(lattice_.crossings.size());
+          lattice_.crossings.push_back(crossings[reference.target]);
+          set_polar(lattice_.crossings.back(), pair, pattern);
+        }
+        lattice_.corners.push_back(number);
       }
-      lattice_.lines[axis].push_back(reference);
     });
-    return status;
   }
 
-  std::uint32_t slice_of(const AffineLine& canonical, std::size_t moving) {
-    const auto [entry, added] =
-        slice_ids_.try_emplace(key_of(canonical), static_cast<std::uint32_t>(lattice_.slices.size()));
-    if (added) {
-      lattice_.slices.push_back(make_slice(canonical, moving));
-      collected_.emplace_back();
-    }
-    return entry->second;
-  }
-
-  // The symmetries that map a line onto itself shorten its period or make it even about a point.
-  [[nodiscard]] Slice make_slice(const AffineLine& canonical, std::size_t moving) const {
-    Slice slice;
-    slice.kind = static_cast<SliceKind>(moving);
-    slice.gap_scale = frame_.arc_scale(moving);
-    slice.fixed = canonical.offset;
-    AffineLine line = canonical;
-    line.offset[moving] = 0;
-    line.slope[moving] = 1;
-    slice.fixed[moving] = 0;
-    const double line_period = frame_.line_period(moving, lattice_.spec.symmetries);
-    if (line_period == 0) {
-      slice.length_deg = lattice_.nodes[moving].back();
-      return slice;
-    }
-    std::int64_t period = node_units(line_period);
-    std::int64_t centre = -1;
-    const Key key = key_of(line);
-    const Images all = images(line);
-    for (std::size_t k = 0; k < all.count; ++k) {
-      const AffineLine& image = all.lines[k];
-      if (key_of(image) != key) continue;
-      const std::int64_t offset = node_units(image.offset[moving]);
-      if (image.slope[moving] > 0) {
-        period = std::gcd(period, offset);
-      } else if (centre < 0 || offset < centre) {
-        centre = offset;
+  void number_azimuth_lines(std::size_t axis) {
+    const std::uint32_t stride = lattice_.corner_strides[kAxial + kDiagonal - axis];
+    for_each_pair([&](const PolarPair& pair) {
+      const Pattern& pattern = patterns_.lines(axis, pair);
+      const std::vector<PatternSlice>& slices = patterns_.kind(pattern.home).slices;
+      const std::span<std::uint32_t> numbers = slice_numbers_.of(home_pair(pair, pattern), slices.size());
+      std::uint32_t corner = first_corner(pair);
+      for (LineReference reference : pattern.references) {
+        if (reference.is_constant()) {
+          reference.target |= lattice_.corners[corner];
+        } else {
+          std::uint32_t& number = numbers[reference.target];
+          if (number == kUnseen) number = add_azimuth_slice(slices[reference.target], pair, pattern);
+          reference.target = number;
+        }
+        lattice_.lines[axis].push_back(reference);
+        corner += stride;
       }
-    }
-    const double period_deg = static_cast<double>(period) / kUnitsPerDegree;
-    slice.boundary = centre < 0 ? Boundary::kPeriodic : Boundary::kMirrored;
-    slice.start_deg = centre < 0 ? 0 : static_cast<double>(centre % period) / kUnitsPerDegree / 2;
-    slice.length_deg = centre < 0 ? period_deg : period_deg / 2;
-    return slice;
+    });
   }
 
-  void collect_nodes(std::size_t axis, const PaddedPoint& point, const LineReference& reference) {
-    const Slice& slice = lattice_.slices[reference.target];
-    PaddedPoint p = point;
-    for (p.index[axis] = 0; p.index[axis] < lattice_.nodes[axis].size(); ++p.index[axis]) {
-      const double x = lattice_.nodes[axis][p.index[axis]];
-      const double position = fold(slice, reference.sign * x + reference.offset_deg);
-      std::uint32_t corner = 0;
-      for (std::size_t a = 0; a < kAxisCount; ++a) corner += p.index[a] * lattice_.corner_strides[a];
-      collected_[reference.target].try_emplace(node_units(position), SliceNode{position, lattice_.corners[corner]});
+  std::uint32_t add_azimuth_slice(const PatternSlice& made, const PolarPair& pair, const Pattern& pattern) {
+    Slice slice = made.slice;
+    set_polar(slice.fixed, pair, pattern);
+    slice.fixed[slice.kind] = 0;
+    const PolarPair home = home_pair(pair, pattern);
+    const std::array<std::uint32_t, 2> first = {first_corner(home), first_corner({home[1], home[0]})};
+    begin_slice(slice, made.nodes.size());
+    for (const PatternNode& node : made.nodes) {
+      const std::uint32_t corner = first[node.exchanged ? 1 : 0] + node.corner;
+      lattice_.slice_nodes.push_back({node.position_deg, lattice_.corners[corner]});
     }
+    return static_cast<std::uint32_t>(lattice_.slices.size() - 1);
   }
 
-  Status place_nodes() {
-    for (std::size_t k = 0; k < lattice_.slices.size(); ++k) {
-      Slice& slice = lattice_.slices[k];
-      slice.node_begin = static_cast<std::uint32_t>(lattice_.slice_nodes.size());
-      slice.node_count = static_cast<std::uint32_t>(collected_[k].size());
-      for (const auto& [position, node] : collected_[k]) lattice_.slice_nodes.push_back(node);
-      const auto nodes = lattice_.nodes_of(slice);
-      const bool starts = std::abs(nodes.front().position_deg - slice.start_deg) < 1e-6;
-      const bool ends = std::abs(nodes.back().position_deg - slice.start_deg - slice.length_deg) < 1e-6;
-      if (!starts || (slice.boundary != Boundary::kPeriodic && !ends)) {
-        return Error{
-            ErrorCode::kUnsupported,
-            "frame: the mirror planes of the symmetries need nodes on axis " + lattice_.spec.axes[slice.kind].name,
-            {}};
+  // The first of the lines on a slice has all its nodes.
+  void number_polar_lines(std::size_t axis) {
+    const std::size_t other = kHorizontal + kVertical - axis;
+    for_each_polar_line(axis, [&](const PolarPair& pair) {
+      const Pattern& pattern = patterns_.points(pair);
+      const std::vector<Coordinates>& crossings = patterns_.kind(pattern.home).crossings;
+      const std::span<std::uint32_t> numbers = slice_numbers_.of(home_pair(pair, pattern), crossings.size());
+      std::uint32_t corner = pair[other - kHorizontal] * lattice_.corner_strides[other];
+      for (const LineReference& reference : pattern.references) {
+        std::uint32_t& number = numbers[reference.target];
+        if (number == kUnseen) {
+          Slice slice;
+          slice.fixed = crossings[reference.target];
+          set_polar(slice.fixed, pair, pattern);
+          number = add_polar_slice(axis, pattern.exchanged ? other : axis, slice, corner);
+        }
+        lattice_.lines[axis].push_back({number, 1, 0});
+        ++corner;
       }
-    }
-    return ok_status();
+    });
   }
 
-  const FrameGeometry& frame_;
-  Lattice lattice_;
-  std::unordered_map<Key, std::uint32_t, KeyHash> crossing_ids_;
-  std::unordered_map<Key, std::uint32_t, KeyHash> slice_ids_;
-  std::vector<std::map<std::int64_t, SliceNode>> collected_;
+  std::uint32_t add_polar_slice(std::size_t axis, std::size_t kind, Slice slice, std::uint32_t corner) {
+    slice.kind = static_cast<SliceKind>(kind);
+    slice.gap_scale = geometry(lattice_.spec.id).arc_scale(kind);
+    slice.length_deg = lattice_.nodes[kind].back();
+    begin_slice(slice, lattice_.nodes[axis].size());
+    for (const double x : lattice_.nodes[axis]) {
+      lattice_.slice_nodes.push_back({fold(slice, x + 0.0), lattice_.corners[corner]});
+      corner += lattice_.corner_strides[axis];
+    }
+    return static_cast<std::uint32_t>(lattice_.slices.size() - 1);
+  }
+
+  void begin_slice(Slice& slice, std::size_t count) {
+    slice.node_begin = static_cast<std::uint32_t>(lattice_.slice_nodes.size());
+    slice.node_count = static_cast<std::uint32_t>(count);
+    lattice_.slices.push_back(slice);
+  }
+
+  Lattice& lattice_;
+  AzimuthPatterns patterns_;
+  PairNumbers crossing_numbers_;
+  PairNumbers slice_numbers_;
 };
+
+Status check_ends(const Lattice& lattice) {
+  for (const Slice& slice : lattice.slices) {
+    const auto nodes = lattice.nodes_of(slice);
+    const bool starts = std::abs(nodes.front().position_deg - slice.start_deg) < 1e-6;
+    const bool ends = std::abs(nodes.back().position_deg - slice.start_deg - slice.length_deg) < 1e-6;
+    if (!starts || (slice.boundary != Boundary::kPeriodic && !ends)) {
+      return Error{
+          ErrorCode::kUnsupported,
+          "frame: the mirror planes of the symmetries need nodes on axis " + lattice.spec.axes[slice.kind].name,
+          {}};
+    }
+  }
+  return ok_status();
+}
 
 }  // namespace
 
 Result<Lattice> build_lattice(const FrameSpec& spec) {
   if (Status status = check_frame(spec); !status) return status.error();
-  return Builder(spec).build();
+  Lattice lattice;
+  lattice.spec = spec;
+  if (Status status = pad_axes(lattice); !status) return status.error();
+  lattice.corner_strides = strides(lattice, kNoAxis);
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) lattice.line_strides[axis] = strides(lattice, axis);
+  Builder(lattice).build();
+  if (Status status = check_ends(lattice); !status) return status.error();
+  return lattice;
 }
 
 double fold(const Slice& slice, double position_deg) {

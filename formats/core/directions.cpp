@@ -95,7 +95,7 @@ DirectionPair pair_from_half_difference(const HalfDifference& angles) {
 
 double wrap(double angle, double period) {
   if (angle >= 0 && angle < period) return angle + 0.0;  // what fmod would give, without the call
-  double out = std::fmod(angle, period);
+  double out = std::abs(angle) < period ? angle : std::fmod(angle, period);
   if (out < 0) out += period;
   // A tiny negative angle rounds up to the whole period; adding zero makes +0 of -0.
   return out >= period ? 0.0 : out + 0.0;
