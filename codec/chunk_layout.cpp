@@ -42,7 +42,7 @@ class BlockGrid {
   }
 
   /// The blocks with members; sets the number of each member's block.
-  [[nodiscard]] Blocks blocks(std::vector<std::uint32_t>& block_of) const {
+  [[nodiscard]] Blocks blocks() const {
     std::vector<std::uint32_t> sizes(count_, 0);
     for (const std::uint32_t place : places_) ++sizes[place];
     Blocks blocks;
@@ -52,10 +52,7 @@ class BlockGrid {
       number[place] = static_cast<std::uint32_t>(blocks.size());
       blocks.emplace_back().reserve(sizes[place]);
     }
-    for (std::size_t k = 0; k < members_.size(); ++k) {
-      block_of[members_[k]] = number[places_[k]];
-      blocks[number[places_[k]]].push_back(members_[k]);
-    }
+    for (std::size_t k = 0; k < members_.size(); ++k) blocks[number[places_[k]]].push_back(members_[k]);
     return blocks;
   }
 
@@ -70,6 +67,11 @@ class BlockGrid {
 
 int level_of(std::uint32_t fraction) {
   return fraction == 0 ? 0 : kMaxLevel - static_cast<int>(std::countr_zero(fraction));
+}
+
+std::pair<int, int> levels_of_piece(const ChunkLayout& layout, std::size_t piece) {
+  const bool last = piece + 1 == layout.piece_levels.size();
+  return {layout.piece_levels[piece], last ? kMaxLevel + 1 : layout.piece_levels[piece + 1]};
 }
 
 ChunkLayout whole_layout() {
@@ -119,12 +121,10 @@ std::vector<Point> first_points(const Lattice& lattice) {
 
 LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
   LatticeBlocks blocks;
-  blocks.block_of_crossing.resize(lattice.crossings.size());
-  blocks.block_of_slice.resize(lattice.slices.size());
   BlockGrid crossings(lattice, layout.block_nodes[ChunkLayout::kCrossings], lattice.crossings.size());
   std::uint32_t crossing = 0;
   for (const Point& p : first_points(lattice)) crossings.add(p, crossing++);
-  blocks.crossings = crossings.blocks(blocks.block_of_crossing);
+  blocks.crossings = crossings.blocks();
 
   std::vector<BlockGrid> by_kind;
   by_kind.reserve(kAxisCount);
@@ -142,7 +142,7 @@ LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
     });
   }
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-    blocks.slices[kind] = by_kind[kind].blocks(blocks.block_of_slice);
+    blocks.slices[kind] = by_kind[kind].blocks();
   }
   return blocks;
 }

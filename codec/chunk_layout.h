@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "codec/lattice.h"
@@ -27,6 +28,9 @@ struct ChunkLayout {
 inline constexpr int kMaxLevel = 16;
 [[nodiscard]] int level_of(std::uint32_t fraction);
 
+/// Levels [first, end) of a piece.
+[[nodiscard]] std::pair<int, int> levels_of_piece(const ChunkLayout& layout, std::size_t piece);
+
 /// Everything in as few chunks as levels can be told apart with: the smallest file.
 [[nodiscard]] ChunkLayout whole_layout();
 /// Small blocks, for loading a region: about a thousand chunks, more for many samples.
@@ -39,8 +43,6 @@ using Blocks = std::vector<std::vector<std::uint32_t>>;
 struct LatticeBlocks {
   Blocks crossings;
   std::array<Blocks, kAxisCount> slices;  ///< per kind
-  std::vector<std::uint32_t> block_of_crossing;
-  std::vector<std::uint32_t> block_of_slice;  ///< within its kind
 };
 [[nodiscard]] LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout);
 

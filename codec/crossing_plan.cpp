@@ -154,6 +154,7 @@ class Planner {
   }
 
   [[nodiscard]] static Weights make_weights(const Reach& reach, std::size_t known) {
+    if (known == 0) return {Fitness::kUnusable, {}};
     std::array<double, kMostMembers> positions{};
     std::size_t count = 0;
     for (std::uint32_t k = 0; k < reach.count; ++k) {
@@ -162,7 +163,7 @@ class Planner {
     Stencil stencil;
     set_weights(stencil, std::span(positions).first(count), reach.at_deg);
     const auto too_large = [](double w) { return std::abs(w) > kLargestWeight; };
-    const bool usable = count > 0 && std::none_of(stencil.weight.begin(), stencil.weight.end(), too_large);
+    const bool usable = std::none_of(stencil.weight.begin(), stencil.weight.end(), too_large);
     return {usable ? Fitness::kUsable : Fitness::kUnusable, stencil.weight};
   }
 
@@ -176,8 +177,6 @@ class Planner {
   CrossingPlan plan_;
 };
 
-}  // namespace
-
 template <std::size_t Count>
 void set_weights_of(Stencil& stencil, const double* positions, double at) {
   for (std::size_t k = 0; k < Count; ++k) {
@@ -188,6 +187,8 @@ void set_weights_of(Stencil& stencil, const double* positions, double at) {
     stencil.weight[k] = weight;
   }
 }
+
+}  // namespace
 
 void set_weights(Stencil& stencil, std::span<const double> positions, double at) {
   switch (positions.size()) {

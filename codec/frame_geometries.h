@@ -21,7 +21,7 @@ namespace sbrdf {
 inline constexpr double kUnitsPerDegree = 1e6;
 /// Coordinates that agree to 1e-6 degrees are the same node; whole numbers make them comparable and hashable.
 [[nodiscard]] inline std::int64_t node_units(double degrees) {
-  // Halves away from zero as std::llround, without the call: this is most of the work of building a lattice.
+  // Halves away from zero as std::llround, without the call.
   const double scaled = degrees * kUnitsPerDegree;
   return static_cast<std::int64_t>(scaled < 0 ? scaled - 0.5 : scaled + 0.5);
 }

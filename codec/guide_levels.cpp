@@ -43,7 +43,7 @@ void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& c
   const auto nodes = lattice.nodes_of(slice);
   state.begin(slice.boundary, slice.length_deg, nodes.size());
   for (std::uint32_t k = 0; k < nodes.size(); ++k) {
-    state.add({nodes[k].position_deg, {k, 0}, 0, k - 1, k + 1});
+    state.add({nodes[k].position_deg, {k, 0}, k - 1, k + 1});
     state.table.copy(k, crossings, nodes[k].crossing);
   }
   const bool periodic = slice.boundary == Boundary::kPeriodic;
@@ -55,16 +55,12 @@ void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& c
 void begin_guide(const Lattice& lattice, const LevelTable& nodes, SliceLevels& state) {
   const std::vector<double>& positions = lattice.nodes[kVertical];
   state.begin(Boundary::kBounded, 0, positions.size());
+  // None before the first: 0 - 1 is kNone.
   for (std::uint32_t k = 0; k < positions.size(); ++k) {
-    state.add({positions[k], {k, 0}, 0, k - 1, k + 1});
+    state.add({positions[k], {k, 0}, k - 1, k + 1});
     state.table.copy(k, nodes, k);
   }
   state.samples.back().after = SliceLevels::kNone;
-}
-
-std::pair<int, int> levels_of_piece(const ChunkLayout& layout, std::size_t piece) {
-  const bool last = piece + 1 == layout.piece_levels.size();
-  return {layout.piece_levels[piece], last ? kMaxLevel + 1 : layout.piece_levels[piece + 1]};
 }
 
 }  // namespace sbrdf

@@ -48,7 +48,4 @@ void code_guide_nodes(Io& io, const CodingParameters& coding, std::size_t node_c
   }
 }
 
-/// Levels [first, end) of a piece.
-[[nodiscard]] std::pair<int, int> levels_of_piece(const ChunkLayout& layout, std::size_t piece);
-
 }  // namespace sbrdf

@@ -6,7 +6,6 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <vector>
@@ -56,9 +55,9 @@ class LevelTable {
 
   explicit LevelTable(std::size_t channels = 1) : width_((channels + kGroup - 1) / kGroup * kGroup) {}
 
-  /// At least so many rows; new ones are zero.
+  /// At least so many rows. The padding of all is zero, levels and residuals are what was put there last.
   void hold(std::size_t rows) {
-    if (numbers_.size() < rows * 2 * width_) numbers_.resize(2 * rows * 2 * width_);
+    if (numbers_.size() < rows * 2 * width_) numbers_.resize(rows * 2 * width_);
   }
   [[nodiscard]] std::int32_t* levels(std::size_t row) { return numbers_.data() + row * 2 * width_; }
   [[nodiscard]] const std::int32_t* levels(std::size_t row) const { return numbers_.data() + row * 2 * width_; }
@@ -66,9 +65,7 @@ class LevelTable {
   [[nodiscard]] const std::int32_t* residuals(std::size_t row) const { return levels(row) + width_; }
   /// Makes row `to` what row `from` of a table of as many channels is.
   void copy(std::size_t to, const LevelTable& other, std::size_t from) {
-    for (std::size_t at = 0; at < 2 * width_; at += kGroup) {
-      std::memcpy(levels(to) + at, other.levels(from) + at, kGroup * sizeof(std::int32_t));
-    }
+    std::copy_n(other.levels(from), 2 * width_, levels(to));
   }
 
  private:
@@ -264,7 +261,6 @@ class SliceLevels {
   struct Sample {
     double position_deg = 0;
     SamplePosition place;
-    int level = 0;                 ///< of refinement; 0 for crossings
     std::uint32_t before = kNone;  ///< the neighbours; those of the ends are kNone, or each other if periodic
     std::uint32_t after = kNone;
   };
@@ -328,7 +324,7 @@ void code_level(Io& io, const CodingParameters& coding, int level, SliceLevels& 
     if (!halved) return;
     const double at = place_deg(middle);
     const Stencil stencil = slice.stencil_around(left, at);
-    const std::uint32_t own = slice.add({at, middle, level, left, SliceLevels::kNone});
+    const std::uint32_t own = slice.add({at, middle, left, SliceLevels::kNone});
     if (!Io::kDecodes) {
       std::copy_n(wanted->levels.data() + next * coding.channel_count, coding.channel_count, slice.table.levels(own));
     }

@@ -13,10 +13,6 @@ constexpr std::uint32_t kMaxPerOctave = 1U << 20U;
 enum SymmetryBits : std::uint8_t { kIsotropicBit = 1, kMirrorXBit = 2, kMirrorYBit = 4 };
 enum class NodeForm : std::uint8_t { kRegular = 0, kHundredths = 1, kDoubles = 2 };
 
-Error refuse(const char* clause, const std::string& what) {
-  return {ErrorCode::kInvalidFile, std::string("[") + clause + "] " + what, {}};
-}
-
 // Seven bits a byte, the lowest first; the top bit says that more follow.
 void put_count(ByteWriter& out, std::uint64_t value) {
   for (; value >= 0x80; value >>= 7U) out.number(static_cast<std::uint8_t>(value | 0x80U));
@@ -69,8 +65,9 @@ void put_nodes(ByteWriter& out, const std::vector<double>& nodes) {
 Result<std::vector<double>> take_nodes(ByteReader& in) {
   const std::uint8_t form = in.u8();
   const std::uint32_t count = take_count(in);
-  if (form > static_cast<std::uint8_t>(NodeForm::kDoubles)) return refuse("SB-2-4", "unknown form of a node list");
-  if (count == 0 || count > 4096) return refuse("SB-2-4", std::to_string(count) + " nodes on an axis");
+  if (form > static_cast<std::uint8_t>(NodeForm::kDoubles))
+    return refuse_sliced("SB-2-4", "unknown form of a node list");
+  if (count == 0 || count > 4096) return refuse_sliced("SB-2-4", std::to_string(count) + " nodes on an axis");
   std::vector<double> nodes;
   const double step = form == static_cast<std::uint8_t>(NodeForm::kRegular) ? in.f64() : 0;
   for (std::uint32_t k = 0; k < count && in.ok(); ++k) {
@@ -140,7 +137,7 @@ Status take_values(ByteReader& in, SlicedIndex& index) {
   }
   const std::uint32_t channels = take_count(in);
   if (in.ok() && (channels == 0 || channels > kMaxChannels)) {
-    return refuse("SB-2-6", std::to_string(channels) + " channels");
+    return refuse_sliced("SB-2-6", std::to_string(channels) + " channels");
   }
   for (std::uint32_t c = 0; c < channels && in.ok(); ++c) index.channels.push_back(in.text(take_count(in)));
   const auto positive = [](float v) { return std::isfinite(v) && v > 0; };
@@ -148,7 +145,7 @@ Status take_values(ByteReader& in, SlicedIndex& index) {
     for (std::uint32_t c = 0; log && c < channels && in.ok(); ++c) {
       list->push_back(in.number<float>());
       if (in.ok() && !positive(list->back())) {
-        return refuse("SB-2-7", "the log domain needs a positive reference and floor for every channel");
+        return refuse_sliced("SB-2-7", "the log domain needs a positive reference and floor for every channel");
       }
     }
   }
@@ -157,7 +154,7 @@ Status take_values(ByteReader& in, SlicedIndex& index) {
     range.least = in.number<float>();
     range.most = in.number<float>();
     if (!(range.least <= range.most) || !std::isfinite(range.least) || !std::isfinite(range.most)) {
-      return refuse("SB-2-8", "the range of a channel's values is not a range");
+      return refuse_sliced("SB-2-8", "the range of a channel's values is not a range");
     }
     index.ranges.push_back(range);
   }
@@ -185,7 +182,7 @@ Status take_scale(ByteReader& in, LevelScale& scale) {
   constexpr std::int32_t kFarthest = 1 << 29;
   if (!(bound > 0 && bound < 1) || per_octave == 0 || per_octave > kMaxPerOctave || !(ratio > 1 && ratio <= 2) ||
       lowest < -kFarthest || lowest > kFarthest) {
-    return refuse("SB-2-11", "the scale of levels is out of its range");
+    return refuse_sliced("SB-2-11", "the scale of levels is out of its range");
   }
   scale = LevelScale(bound, per_octave, ratio, lowest);
   return ok_status();
@@ -246,7 +243,7 @@ Status take_coding(ByteReader& in, SlicedIndex& index) {
   if (!in.ok()) return ok_status();
   if (index.base_channel >= index.channels.size() || index.activity_shift > 31 || index.token_count < Token::kDirect ||
       index.token_count > Token::kCount || !residuals_known || !flags_known) {
-    return refuse("SB-2-12", "a parameter of the coding is out of its range");
+    return refuse_sliced("SB-2-12", "a parameter of the coding is out of its range");
   }
   return ok_status();
 }
@@ -262,13 +259,14 @@ void put_layout(ByteWriter& out, const ChunkLayout& layout) {
 Status take_layout(ByteReader& in, ChunkLayout& layout) {
   const std::uint32_t pieces = take_count(in);
   if (in.ok() && (pieces == 0 || pieces > kMaxLevel)) {
-    return refuse("SB-2-13", std::to_string(pieces) + " pieces of levels");
+    return refuse_sliced("SB-2-13", std::to_string(pieces) + " pieces of levels");
   }
   layout.piece_levels.clear();
   for (std::uint32_t k = 0; k < pieces && in.ok(); ++k) {
     const std::uint8_t level = in.u8();
     const bool rises = k == 0 ? level == 1 : level > layout.piece_levels.back();
-    if (in.ok() && (!rises || level > kMaxLevel)) return refuse("SB-2-13", "the pieces' levels do not rise from 1");
+    if (in.ok() && (!rises || level > kMaxLevel))
+      return refuse_sliced("SB-2-13", "the pieces' levels do not rise from 1");
     layout.piece_levels.push_back(level);
   }
   for (auto& block : layout.block_nodes) {
@@ -278,6 +276,10 @@ Status take_layout(ByteReader& in, ChunkLayout& layout) {
 }
 
 }  // namespace
+
+Error refuse_sliced(const char* clause, const std::string& what) {
+  return {ErrorCode::kInvalidFile, std::string("[") + clause + "] " + what, {}};
+}
 
 CodingParameters SlicedIndex::coding() const {
   CodingParameters coding;
@@ -329,22 +331,23 @@ Result<SlicedIndex> parse_index(std::span<const std::byte> bytes, bool newer_min
     index.guide_count = take_count(in);
     if (in.ok() && (index.frame.id != FrameId::kHalfDifference || index.domain.kind != DomainKind::kLog ||
                     !(index.guide_ratio >= 1e-3 && index.guide_ratio <= 1e3) || index.guide_count > kMaxGuideCount)) {
-      return refuse("SB-2-9", "a guide needs the half/difference frame, the log domain and a ratio in [0.001, 1000]");
+      return refuse_sliced("SB-2-9",
+                           "a guide needs the half/difference frame, the log domain and a ratio in [0.001, 1000]");
     }
   }
   index.adaptive_count = take_count(in);
-  if (in.ok() && index.adaptive_count > kMaxAdaptiveCount) return refuse("SB-2-14", "more than 2^26 samples");
+  if (in.ok() && index.adaptive_count > kMaxAdaptiveCount) return refuse_sliced("SB-2-14", "more than 2^26 samples");
   if (Status status = take_scale(in, index.scale); !status) return status.error();
   if (Status status = take_coding(in, index); !status) return status.error();
   if (Status status = take_layout(in, index.layout); !status) return status.error();
   index.metadata_size = take_count(in);
   const std::uint32_t chunks = take_count(in);
   if (in.ok() && (index.metadata_size > kMaxMetadataSize || chunks > in.remaining())) {
-    return refuse("SB-2-15", "more metadata or chunks than can be");
+    return refuse_sliced("SB-2-15", "more metadata or chunks than can be");
   }
   for (std::uint32_t k = 0; k < chunks && in.ok(); ++k) index.chunk_sizes.push_back(take_count(in));
-  if (!in.ok()) return refuse("SB-2-1", "the index ends early");
-  if (in.remaining() != 0 && !newer_minor) return refuse("SB-2-1", "the index goes on behind its end");
+  if (!in.ok()) return refuse_sliced("SB-2-1", "the index ends early");
+  if (in.remaining() != 0 && !newer_minor) return refuse_sliced("SB-2-1", "the index goes on behind its end");
   if (Status status = check_frame(index.frame); !status) {
     Error error = status.error();
     error.message = "[SB-2-4] " + error.message;

@@ -15,6 +15,9 @@
 
 namespace sbrdf {
 
+/// "[clause] what": kInvalidFile for a rule of specs/sbrdf.md that is broken.
+[[nodiscard]] Error refuse_sliced(const char* clause, const std::string& what);
+
 /// The index of a sliced file (specs/sbrdf.md, section 2): all that must be known before any chunk is read.
 struct SlicedIndex {
   FrameSpec frame;

@@ -178,12 +178,12 @@ class Loader {
     LevelTable nodes(channels_);
     const std::size_t node_count = lattice_.nodes[kVertical].size();
     nodes.hold(node_count);
-    code_guide_nodes(in, index_.coding(), node_count, nodes);
+    code_guide_nodes(in, coding_, node_count, nodes);
     SliceLevels state(channels_);
     begin_guide(lattice_, nodes, state);
     for (int level = 1; level <= kMaxLevel && in.ok(); ++level) {
       code_level(
-          in, index_.coding(), level, state,
+          in, coding_, level, state,
           [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
           CodingContext::kGuideSample, CodingContext::kGuideSample, false);
       if (state.samples.size() > index_.guide_count) break;
@@ -292,7 +292,8 @@ class Loader {
     std::uint32_t s = 0;
     do {
       const SliceLevels::Sample& sample = state_.samples[s];
-      if (sample.level != 0 && sample.level <= max_level_) {
+      const int level = level_of(sample.place.fraction);
+      if (level != 0 && level <= max_level_) {
         ++sliced_.sample_counts[k];
         sliced_.positions.push_back(sample.place);
         append_values([&] { return coordinates_on(slice, sample.position_deg); },
@@ -372,10 +373,6 @@ class Loader {
 };
 
 }  // namespace
-
-Error refuse_sliced(const char* clause, const std::string& what) {
-  return {ErrorCode::kInvalidFile, std::string("[") + clause + "] " + what, {}};
-}
 
 Result<std::vector<std::byte>> SlicedFile::chunk(std::size_t number) const {
   return read_chunk(*source, offsets[number], index.chunk_sizes[number]);

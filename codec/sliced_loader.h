@@ -31,7 +31,4 @@ struct SlicedFile {
 /// Those that evaluating within some cells needs; crossings that were not read are 0.
 [[nodiscard]] Result<SlicedBrdf> load_samples(const SlicedFile& file, const CellSet& cells, int max_level);
 
-/// "[clause] what": kInvalidFile for a rule of specs/sbrdf.md that is broken.
-[[nodiscard]] Error refuse_sliced(const char* clause, const std::string& what);
-
 }  // namespace sbrdf

@@ -88,6 +88,7 @@ class Search {
     if (fewer) candidates.push_back(fewer->structure);
     if (candidates.empty()) return too_few();
     const std::vector<HeldBackError> errors = try_all(candidates);
+    if (stopped_) return interrupted();
     if (fewer) {
       ceiling_.mre_percent = std::max(fewer->error.mre_percent, errors.back().mre_percent);
       ceiling_.rel_l1_percent = std::max(fewer->error.rel_l1_percent, errors.back().rel_l1_percent);
@@ -96,12 +97,11 @@ class Search {
     take_best(candidates, errors, kInfinite);
     if (value_of(error_) == kInfinite) return why_all_fail(candidates.front());
     report_frames();
-    while (!options_.starts_only && tried_ < options_.evaluations && improve()) {
-      if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
+    while (!stopped_ && !options_.starts_only && tried_ < options_.evaluations && improve()) {
     }
-    if (stopped_) return Error{ErrorCode::kIo, "interrupted", {}};
+    if (stopped_) return interrupted();
     const std::string tried = std::to_string(tried_) + (tried_ == 1 ? " structure" : " structures");
-    reason(describe(structure_) + ", after " + tried + " tried", value_of(error_));
+    reason(describe(structure_) + ", after " + tried + " tried with so many samples", value_of(error_));
     return SearchResult{structure_, error_, std::move(reasons_)};
   }
 
@@ -179,6 +179,8 @@ class Search {
     }
     return taken;
   }
+
+  [[nodiscard]] static Error interrupted() { return {ErrorCode::kIo, "interrupted", {}}; }
 
   [[nodiscard]] Error too_few() const {
     return {
@@ -322,7 +324,7 @@ Result<SearchResult> search_structure(const std::vector<std::string>& channels, 
     SearchOptions step = options;
     step.sampling.sample_count = counts.back();
     step.progress = [&](double fraction) {
-      stopped = options.progress && !options.progress(done + share * fraction);
+      stopped = stopped || (options.progress && !options.progress(done + share * fraction));
       return !stopped;
     };
     Result<SearchResult> found = Search(channels, measure, held_back, step).run(fewer);

@@ -36,8 +36,9 @@ struct SearchOptions {
   Symmetries symmetries;
   Objective objective = Objective::kBoth;
   SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
-  /// How many structures are tried for each number of samples, 1 or more: no more starts than this, and rounds of moves
-  /// (some fifty each) for as long as fewer were tried; a round is finished.
+  /// How many structures are tried for each number of samples, 1 or more (with 1, the densest start for the fewest
+  /// samples is kept): no more starts than this, and rounds of moves (some fifty each) for as long as fewer were tried;
+  /// a round is finished.
   std::size_t evaluations = 200;
   bool starts_only = false;  ///< no moves
   /// Called between rounds with the fraction done; false asks to stop.
@@ -53,7 +54,8 @@ struct SearchResult {
 /// Finds the structure with the least error on `held_back` within the sample budget: starts of both frames, then moves
 /// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. First for
 /// an eighth of the samples, say, then a quarter, half and all of them, where what was found before is one more start,
-/// and Objective::kBoth takes no structure that is worse by either error: so neither grows with more samples.
+/// and Objective::kBoth takes no structure that is worse by either error than that one is with fewer samples or with as
+/// many: so errors hardly ever grow with more samples.
 /// `measure` is called from several threads at once. The same result for any number of threads. kUsage where no
 /// structure fits the budget, kUnsupported where all errors are infinite.
 [[nodiscard]] Result<SearchResult> search_structure(const std::vector<std::string>& channels, const Measure& measure,

@@ -120,6 +120,15 @@ TEST(StructureSearch, GoesByWayOfFewerSamples) {
   EXPECT_LT(many.rel_l1_percent, few.rel_l1_percent);
 }
 
+TEST(StructureSearch, StopsWhenAskedToOnce) {
+  const auto source = shiny_isotropic();
+  int asked = 0;
+  const Result<Slicing> result = slice_source(*source, quick(1200), {[&](double) { return ++asked != 1; }});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::kIo);
+  EXPECT_EQ(asked, 1);
+}
+
 TEST(StructureSearch, GivesTheSameBytesOnAnyNumberOfThreads) {
   const auto source = shiny_isotropic();
   std::vector<std::vector<std::byte>> files;

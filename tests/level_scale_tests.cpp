@@ -199,6 +199,17 @@ TEST(BoundedScale, IsTheSameWhenMadeFromWhatAFileHolds) {
   }
 }
 
+TEST(BoundedScale, BeginsEveryOctaveAtAPowerOfTwo) {
+  // Step counts for which the reciprocal alone would be off by one.
+  for (const std::int32_t per_octave : {1, 49, 347, 3466}) {
+    const LevelScale scale(0.001, static_cast<std::uint32_t>(per_octave), std::exp2(1.0 / per_octave),
+                           -100 * per_octave);
+    for (int octave = -100; octave <= 100; ++octave) {
+      EXPECT_EQ(scale.value((octave + 100) * per_octave + 1), std::ldexp(1.0F, octave)) << per_octave;
+    }
+  }
+}
+
 TEST(BoundedScale, GivesSomethingForEveryLevelOfAnyScaleThatAFileMayHold) {
   constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max();
   for (const std::uint32_t per_octave : {1U, 35U, 1U << 20U}) {

@@ -2,6 +2,8 @@
 //   loading_benchmark PRECISION FILE.sbrdf ...
 // Each file is coded in small chunks with the given bound (0: lossless); what is loaded in part is compared with the
 // whole before anything is printed.
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -150,7 +152,11 @@ bool measure(const char* path, double precision) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool ok = argc > 2;
+  if (argc < 3) {
+    std::fprintf(stderr, "loading_benchmark PRECISION FILE.sbrdf ...\n");
+    return 1;
+  }
+  bool ok = true;
   for (int k = 2; k < argc; ++k) ok = measure(argv[k], std::atof(argv[1])) && ok;
   return ok ? 0 : 1;
 }

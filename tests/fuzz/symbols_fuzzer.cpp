@@ -140,23 +140,25 @@ class ScriptedFile {
   void write_guide() {
     Bytes& payload = parts_.payloads[ChunkOrder::kGuide];
     ScriptIo io(payload, index_);
-    LevelTable nodes;
-    nodes.resize(lattice_.nodes[kVertical].size() * channels_);
-    code_guide_nodes(io, index_.coding(), nodes);
-    SliceLevels state = begin_guide(lattice_, nodes);
+    const std::size_t node_count = lattice_.nodes[kVertical].size();
+    LevelTable nodes(channels_);
+    nodes.hold(node_count);
+    code_guide_nodes(io, index_.coding(), node_count, nodes);
+    SliceLevels state(channels_);
+    begin_guide(lattice_, nodes, state);
     for (int level = 1; level <= kMaxLevel && io.ok(); ++level) {
       code_level(
           io, index_.coding(), level, state,
           [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
           CodingContext::kGuideSample, CodingContext::kGuideSample, false);
     }
-    index_.guide_count = static_cast<std::uint32_t>(state.size());
+    index_.guide_count = static_cast<std::uint32_t>(state.samples.size());
     payload = io.stream();
   }
 
   void write_crossings() {
     const CrossingPlan plan = plan_crossings(lattice_, blocks_);
-    crossings_.resize(lattice_.crossings.size() * channels_);
+    crossings_.hold(lattice_.crossings.size());
     for (std::uint32_t block = 0; block < blocks_.crossings.size(); ++block) {
       Bytes& payload = parts_.payloads[order_.crossings(block)];
       ScriptIo io(payload, index_);
@@ -187,18 +189,18 @@ class ScriptedFile {
   // False when it is enough, or too much for a reader.
   bool write_slice(std::uint32_t k, std::vector<Piece>& pieces) {
     const Slice& slice = lattice_.slices[k];
-    begin_slice(lattice_, slice, crossings_, channels_, state_);
-    const std::size_t known = state_.size();
+    begin_slice(lattice_, slice, crossings_, state_);
+    const std::size_t known = state_.samples.size();
     for (Piece& piece : pieces) {
       for (int level = piece.levels.first; level < piece.levels.second; ++level) {
         code_level(
             piece.io, index_.coding(), level, state_,
             [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
             CodingContext::kSampleBase, CodingContext::kSampleOther);
-        if (!piece.io.ok() || sample_count_ + state_.size() - known > kMostSamples) return false;
+        if (!piece.io.ok() || sample_count_ + state_.samples.size() - known > kMostSamples) return false;
       }
     }
-    sample_count_ += state_.size() - known;
+    sample_count_ += state_.samples.size() - known;
     return true;
   }
 
