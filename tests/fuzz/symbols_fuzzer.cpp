@@ -120,7 +120,9 @@ class ScriptedFile {
         lattice_(lattice),
         channels_(index_.channels.size()),
         blocks_(make_blocks(lattice, index_.layout)),
-        order_(blocks_, index_.layout.piece_levels.size()) {
+        order_(blocks_, index_.layout.piece_levels.size()),
+        crossings_(channels_),
+        state_(channels_) {
     std::ranges::replace(index_.distributions, SlicedIndex::kUnused, kSomeDistribution);
     std::ranges::replace(index_.flags, std::uint8_t{0}, kSomeFlag);
   }
