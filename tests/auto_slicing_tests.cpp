@@ -162,11 +162,11 @@ TEST(StopRule, ReachesATargetOnDirectionsThatTookNoPart) {
 
 TEST(StopRule, FillsButDoesNotPassALargestSize) {
   SliceOptions options = quick(0);
-  options.max_bytes = 6000;
+  options.max_bytes = 3000;
   const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
   const std::size_t size = encode_sliced(slicing.sliced, slicing.lattice, options.encoding).size();
-  EXPECT_LE(size, 6000U);
-  EXPECT_GT(size, 5000U);
+  EXPECT_LE(size, 3000U);
+  EXPECT_GT(size, 2500U);
   options.max_bytes = 100;
   EXPECT_EQ(slice_source(*shiny_isotropic(), options).error().code, ErrorCode::kUsage);
 }
