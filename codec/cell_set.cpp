@@ -69,6 +69,15 @@ bool cell_meets(const Lattice& lattice, const CellSet::Cell& cell, const Directi
          (azimuth(kDiagonal, difference) || azimuth(kDiagonal, {-difference.to, -difference.from}));
 }
 
+std::uint32_t at_corner(const Lattice& lattice, const CellSet::Cell& cell, unsigned bits, const Strides& strides) {
+  std::uint32_t at = 0;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    const auto last = static_cast<std::uint32_t>(lattice.nodes[axis].size() - 1);
+    at += std::min(last, cell[axis] + ((bits >> axis) & 1U)) * strides[axis];
+  }
+  return at;
+}
+
 }  // namespace
 
 CellSet::CellSet(const Lattice& lattice) {
@@ -108,6 +117,29 @@ CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs) {
   CellSet cells(lattice);
   for (const DirectionPair& pair : pairs) cells.add(cell_of(lattice, pair));
   return cells;
+}
+
+LatticeParts needs_of(const Lattice& lattice, const CellSet& cells) {
+  LatticeParts needs = {std::vector<bool>(lattice.crossings.size()), std::vector<bool>(lattice.slices.size())};
+  cells.for_each([&](const CellSet::Cell& cell) {
+    for (unsigned bits = 0; bits < 16; ++bits) {
+      needs.crossings[lattice.corners[at_corner(lattice, cell, bits, lattice.corner_strides)]] = true;
+      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        if (((bits >> axis) & 1U) != 0 || lattice.nodes[axis].size() < 2) continue;
+        const LineReference& line = lattice.lines[axis][at_corner(lattice, cell, bits, lattice.line_strides[axis])];
+        if (line.is_constant()) {
+          needs.crossings[line.crossing()] = true;
+        } else {
+          needs.slices[line.target] = true;
+        }
+      }
+    }
+  });
+  for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
+    if (!needs.slices[k]) continue;
+    for (const SliceNode& node : lattice.nodes_of(lattice.slices[k])) needs.crossings[node.crossing] = true;
+  }
+  return needs;
 }
 
 }  // namespace sbrdf

@@ -63,4 +63,13 @@ struct DirectionBox {
 /// The cells that the pairs lie in.
 [[nodiscard]] CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs);
 
+/// Crossings and slices, each marked or not.
+struct LatticeParts {
+  std::vector<bool> crossings;
+  std::vector<bool> slices;
+};
+/// What evaluation within some cells uses: their sixteen corners and thirty-two lines, and all crossings of these
+/// lines.
+[[nodiscard]] LatticeParts needs_of(const Lattice& lattice, const CellSet& cells);
+
 }  // namespace sbrdf

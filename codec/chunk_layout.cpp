@@ -24,10 +24,7 @@ void walk(const Lattice& lattice, std::size_t left_out, const Visit& visit) {
 /// Blocks numbered by their place on axis 3, then 2, 1, 0, with and without members.
 class BlockGrid {
  public:
-  BlockGrid(const Lattice& lattice, const std::array<std::uint32_t, kAxisCount>& block_nodes,
-            std::size_t most_members) {
-    members_.reserve(most_members);
-    places_.reserve(most_members);
+  BlockGrid(const Lattice& lattice, const std::array<std::uint32_t, kAxisCount>& block_nodes) {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       const auto nodes = static_cast<std::uint32_t>(lattice.nodes[axis].size());
       const std::uint32_t size = block_nodes[axis] == 0 ? nodes : block_nodes[axis];
@@ -41,7 +38,7 @@ class BlockGrid {
     places_.push_back(part_[0][p[0]] + part_[1][p[1]] + part_[2][p[2]] + part_[3][p[3]]);
   }
 
-  /// The blocks with members; sets the number of each member's block.
+  /// The blocks with members.
   [[nodiscard]] Blocks blocks() const {
     std::vector<std::uint32_t> sizes(count_, 0);
     for (const std::uint32_t place : places_) ++sizes[place];
@@ -121,7 +118,7 @@ std::vector<Point> first_points(const Lattice& lattice) {
 
 LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
   LatticeBlocks blocks;
-  BlockGrid crossings(lattice, layout.block_nodes[ChunkLayout::kCrossings], lattice.crossings.size());
+  BlockGrid crossings(lattice, layout.block_nodes[ChunkLayout::kCrossings]);
   std::uint32_t crossing = 0;
   for (const Point& p : first_points(lattice)) crossings.add(p, crossing++);
   blocks.crossings = crossings.blocks();
@@ -129,7 +126,7 @@ LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
   std::vector<BlockGrid> by_kind;
   by_kind.reserve(kAxisCount);
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-    by_kind.emplace_back(lattice, layout.block_nodes[kind], lattice.slices.size());
+    by_kind.emplace_back(lattice, layout.block_nodes[kind]);
   }
   std::uint32_t slice = 0;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {

@@ -43,24 +43,18 @@ void begin_slice(const Lattice& lattice, const Slice& slice, const LevelTable& c
   const auto nodes = lattice.nodes_of(slice);
   state.begin(slice.boundary, slice.length_deg, nodes.size());
   for (std::uint32_t k = 0; k < nodes.size(); ++k) {
-    state.add({nodes[k].position_deg, {k, 0}, k - 1, k + 1});
+    state.samples[k].position_deg = nodes[k].position_deg;
     state.table.copy(k, crossings, nodes[k].crossing);
   }
-  const bool periodic = slice.boundary == Boundary::kPeriodic;
-  const auto last = static_cast<std::uint32_t>(nodes.size() - 1);
-  state.samples.front().before = periodic ? last : SliceLevels::kNone;
-  state.samples.back().after = periodic ? 0 : SliceLevels::kNone;
 }
 
 void begin_guide(const Lattice& lattice, const LevelTable& nodes, SliceLevels& state) {
   const std::vector<double>& positions = lattice.nodes[kVertical];
   state.begin(Boundary::kBounded, 0, positions.size());
-  // None before the first: 0 - 1 is kNone.
   for (std::uint32_t k = 0; k < positions.size(); ++k) {
-    state.add({positions[k], {k, 0}, k - 1, k + 1});
+    state.samples[k].position_deg = positions[k];
     state.table.copy(k, nodes, k);
   }
-  state.samples.back().after = SliceLevels::kNone;
 }
 
 }  // namespace sbrdf

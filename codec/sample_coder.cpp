@@ -5,8 +5,11 @@ namespace sbrdf {
 void SliceLevels::begin(Boundary new_boundary, double new_length_deg, std::size_t crossings) {
   boundary = new_boundary;
   length_deg = new_length_deg;
-  samples.clear();
-  samples.reserve(crossings);
+  samples.resize(crossings);
+  for (std::uint32_t k = 0; k < crossings; ++k) samples[k] = {0, {k, 0}, k - 1, k + 1};
+  const bool periodic = boundary == Boundary::kPeriodic;
+  samples.front().before = periodic ? static_cast<std::uint32_t>(crossings - 1) : kNone;
+  samples.back().after = periodic ? 0 : kNone;
   table.hold(crossings);
   newest = 0;
   level = 0;

@@ -267,7 +267,7 @@ class SliceLevels {
 
   explicit SliceLevels(std::size_t channels) : table(channels) {}
 
-  /// `crossings` of them follow, by add().
+  /// So many crossings, 1 or more, linked; their positions and levels are for the caller to set.
   void begin(Boundary boundary, double length_deg, std::size_t crossings);
   /// A sample behind the last one; returns its row. It has no neighbours before link().
   std::uint32_t add(const Sample& sample) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "codec/guide_levels.h"
 #include "codec/sample_coder.h"
@@ -76,7 +77,7 @@ class StreamReader {
 /// One load: which crossings and slices are wanted, and what has been read of them.
 class Loader {
  public:
-  Loader(const SlicedFile& file, int max_level)
+  Loader(const SlicedFile& file, LatticeParts wanted, int max_level)
       : file_(file),
         index_(file.index),
         lattice_(*file.lattice),
@@ -84,36 +85,25 @@ class Loader {
         coding_(index_.coding()),
         max_level_(max_level),
         tables_(index_),
-        want_crossing_(lattice_.crossings.size(), false),
-        want_slice_(lattice_.slices.size(), false),
+        wanted_(std::move(wanted)),
         crossings_(channels_),
         state_(channels_) {}
 
-  void want_all() {
-    all_ = true;
-    want_crossing_.assign(want_crossing_.size(), true);
-    want_slice_.assign(want_slice_.size(), true);
-  }
-
-  // The sixteen corners and thirty-two lines of a cell, and all crossings of those lines.
-  void want(const CellSet::Cell& cell) {
-    for (unsigned bits = 0; bits < 16; ++bits) {
-      want_crossing_[lattice_.corners[at_corner(cell, bits, lattice_.corner_strides)]] = true;
-      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        if (((bits >> axis) & 1U) != 0 || lattice_.nodes[axis].size() < 2) continue;
-        const std::uint32_t line = at_corner(cell, bits, lattice_.line_strides[axis]);
-        const LineReference& reference = lattice_.lines[axis][line];
-        if (reference.is_constant()) {
-          want_crossing_[reference.crossing()] = true;
-        } else {
-          want_slice_[reference.target] = true;
+  // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
+  // any one slice that has samples; a slice without samples needs only its own.
+  void want_what_decoding_needs() {
+    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+      const Blocks& blocks = file_.blocks.slices[kind];
+      for (std::size_t block = 0; block < blocks.size(); ++block) {
+        if (!is_wanted(blocks[block]) || !has_samples(kind, block)) continue;
+        for (const std::uint32_t k : blocks[block]) {
+          for (const SliceNode& node : lattice_.nodes_of(lattice_.slices[k])) wanted_.crossings[node.crossing] = true;
         }
       }
     }
   }
 
   Result<SlicedBrdf> run() {
-    want_what_decoding_needs();
     sliced_.frame = index_.frame;
     sliced_.domain = index_.domain;
     sliced_.channels = index_.channels;
@@ -124,28 +114,8 @@ class Loader {
   }
 
  private:
-  // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
-  // any one slice that has samples; a slice without samples needs only its own.
-  void want_what_decoding_needs() {
-    if (all_) return;
-    const auto want_nodes = [&](std::uint32_t k) {
-      for (const SliceNode& node : lattice_.nodes_of(lattice_.slices[k])) want_crossing_[node.crossing] = true;
-    };
-    for (std::uint32_t k = 0; k < want_slice_.size(); ++k) {
-      if (want_slice_[k]) want_nodes(k);
-    }
-    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
-      const Blocks& blocks = file_.blocks.slices[kind];
-      for (std::size_t block = 0; block < blocks.size(); ++block) {
-        if (is_wanted(blocks[block]) && has_samples(kind, block)) {
-          std::for_each(blocks[block].begin(), blocks[block].end(), want_nodes);
-        }
-      }
-    }
-  }
-
   [[nodiscard]] bool is_wanted(const std::vector<std::uint32_t>& block) const {
-    return std::any_of(block.begin(), block.end(), [&](std::uint32_t k) { return want_slice_[k]; });
+    return std::any_of(block.begin(), block.end(), [&](std::uint32_t k) { return wanted_.slices[k]; });
   }
   [[nodiscard]] bool has_samples(std::size_t kind, std::size_t block) const {
     for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
@@ -153,15 +123,6 @@ class Loader {
       if (index_.chunk_sizes[file_.order.slices(piece, kind, block)] != 0) return true;
     }
     return false;
-  }
-
-  [[nodiscard]] std::uint32_t at_corner(const CellSet::Cell& cell, unsigned bits, const Strides& strides) const {
-    std::uint32_t at = 0;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-      const auto last = static_cast<std::uint32_t>(lattice_.nodes[axis].size() - 1);
-      at += std::min(last, cell[axis] + ((bits >> axis) & 1U)) * strides[axis];
-    }
-    return at;
   }
 
   [[nodiscard]] Error damaged(std::size_t chunk, const char* clause, const char* what) const {
@@ -212,7 +173,7 @@ class Loader {
     read_crossing_.assign(lattice_.crossings.size(), false);
     for (std::uint32_t block = 0; block < file_.blocks.crossings.size(); ++block) {
       const std::vector<std::uint32_t>& members = file_.blocks.crossings[block];
-      if (std::none_of(members.begin(), members.end(), [&](std::uint32_t k) { return want_crossing_[k]; })) continue;
+      if (std::none_of(members.begin(), members.end(), [&](std::uint32_t k) { return wanted_.crossings[k]; })) continue;
       const std::size_t number = ChunkOrder::crossings(block);
       const Result<std::vector<std::byte>> bytes = file_.chunk(number);
       if (!bytes) return bytes.error();
@@ -283,7 +244,7 @@ class Loader {
       }
     }
     decoded_ += state_.samples.size() - crossings;
-    if (want_slice_[k]) keep(k, slice);
+    if (wanted_.slices[k]) keep(k, slice);
     return ok_status();
   }
 
@@ -360,9 +321,7 @@ class Loader {
   CodingParameters coding_;
   int max_level_;
   DecodingTables tables_;
-  bool all_ = false;
-  std::vector<bool> want_crossing_;
-  std::vector<bool> want_slice_;
+  LatticeParts wanted_;
   std::vector<bool> read_crossing_;
   LevelTable crossings_;
   SliceLevels state_;
@@ -379,14 +338,15 @@ Result<std::vector<std::byte>> SlicedFile::chunk(std::size_t number) const {
 }
 
 Result<SlicedBrdf> load_samples(const SlicedFile& file, int max_level) {
-  Loader loader(file, max_level);
-  loader.want_all();
-  return loader.run();
+  const Lattice& lattice = *file.lattice;
+  const LatticeParts all = {std::vector<bool>(lattice.crossings.size(), true),
+                            std::vector<bool>(lattice.slices.size(), true)};
+  return Loader(file, all, max_level).run();
 }
 
 Result<SlicedBrdf> load_samples(const SlicedFile& file, const CellSet& cells, int max_level) {
-  Loader loader(file, max_level);
-  cells.for_each([&](const CellSet::Cell& cell) { loader.want(cell); });
+  Loader loader(file, needs_of(*file.lattice, cells), max_level);
+  loader.want_what_decoding_needs();
   return loader.run();
 }
 

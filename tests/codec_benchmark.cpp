@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
-#include <iterator>
-#include <string>
 #include <vector>
 
 #include "codec/evaluator.h"
 #include "codec/sliced_codec.h"
 #include "codec/sliced_reader.h"
+#include "tests/read_sliced.h"
 
 namespace {
 
@@ -42,13 +40,8 @@ bool same(const SlicedBrdf& a, const SlicedBrdf& b) {
 }
 
 bool measure(const char* path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  const Result<DecodedSliced> given = decode_sliced(std::as_bytes(std::span(text.data(), text.size())));
-  if (!given) {
-    std::fprintf(stderr, "%s: %s\n", path, given.error().message.c_str());
-    return false;
-  }
+  const Result<DecodedSliced> given = read_sliced(path);
+  if (!given) return false;
   for (const double precision : {0.0, 0.001, 0.01}) {
     SlicedBrdf wanted = given->sliced;
     round_to_precision(wanted, precision);

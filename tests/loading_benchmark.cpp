@@ -3,20 +3,16 @@
 // Each file is coded in small chunks with the given bound (0: lossless); what is loaded in part is compared with the
 // whole before anything is printed.
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <random>
-#include <set>
-#include <string>
 #include <vector>
 
 #include "codec/evaluator.h"
 #include "codec/sliced_codec.h"
 #include "codec/sliced_reader.h"
+#include "tests/read_sliced.h"
 
 namespace {
 
@@ -24,43 +20,9 @@ using namespace sbrdf;
 
 constexpr int kPairs = 60;
 
-struct Needed {
-  std::set<std::uint32_t> crossings;
-  std::set<std::uint32_t> slices;
-};
-
-/// What evaluation in these cells uses: splines need all crossings of their slices.
-Needed needed_in(const Lattice& lattice, const CellSet& cells) {
-  Needed needed;
-  cells.for_each([&](const CellSet::Cell& cell) {
-    for (unsigned bits = 0; bits < 16; ++bits) {
-      std::array<std::uint32_t, kAxisCount> point{};
-      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        const auto last = static_cast<std::uint32_t>(lattice.nodes[axis].size() - 1);
-        point[axis] = std::min(last, cell[axis] + ((bits >> axis) & 1U));
-      }
-      const auto at = [&](const Strides& strides) {
-        std::uint32_t place = 0;
-        for (std::size_t axis = 0; axis < kAxisCount; ++axis) place += point[axis] * strides[axis];
-        return place;
-      };
-      needed.crossings.insert(lattice.corners[at(lattice.corner_strides)]);
-      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        if (((bits >> axis) & 1U) != 0 || lattice.nodes[axis].size() < 2) continue;
-        const LineReference& line = lattice.lines[axis][at(lattice.line_strides[axis])];
-        line.is_constant() ? needed.crossings.insert(line.crossing()) : needed.slices.insert(line.target);
-      }
-    }
-  });
-  for (const std::uint32_t k : needed.slices) {
-    for (const SliceNode& node : lattice.nodes_of(lattice.slices[k])) needed.crossings.insert(node.crossing);
-  }
-  return needed;
-}
-
 /// Bytes that would be left to read if chunks could be cut to the samples needed, at the mean size of a chunk's
 /// samples: what no choice of chunks goes below without a denser code.
-double least_bytes(const SlicedReader& reader, const SlicedBrdf& sliced, const Needed& needed, std::size_t head) {
+double least_bytes(const SlicedReader& reader, const SlicedBrdf& sliced, const LatticeParts& needed, std::size_t head) {
   const SlicedIndex& index = reader.index();
   const std::size_t pieces = index.layout.piece_levels.size();
   const LatticeBlocks blocks = make_blocks(reader.lattice(), index.layout);
@@ -68,7 +30,7 @@ double least_bytes(const SlicedReader& reader, const SlicedBrdf& sliced, const N
   auto bytes = static_cast<double>(head);
   for (std::size_t block = 0; block < blocks.crossings.size(); ++block) {
     std::size_t used = 0;
-    for (const std::uint32_t k : blocks.crossings[block]) used += needed.crossings.count(k);
+    for (const std::uint32_t k : blocks.crossings[block]) used += needed.crossings[k] ? 1 : 0;
     bytes += static_cast<double>(index.chunk_sizes[ChunkOrder::crossings(block)] * used) /
              static_cast<double>(blocks.crossings[block].size());
   }
@@ -78,7 +40,7 @@ double least_bytes(const SlicedReader& reader, const SlicedBrdf& sliced, const N
       std::size_t all = 0;
       for (const std::uint32_t k : blocks.slices[kind][block]) {
         all += sliced.sample_counts[k];
-        used += needed.slices.count(k) * sliced.sample_counts[k];
+        used += needed.slices[k] ? sliced.sample_counts[k] : 0;
       }
       for (std::size_t piece = 0; piece < pieces && all > 0; ++piece) {
         bytes +=
@@ -90,13 +52,8 @@ double least_bytes(const SlicedReader& reader, const SlicedBrdf& sliced, const N
 }
 
 bool measure(const char* path, double precision) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(file)), {});
-  const Result<DecodedSliced> given = decode_sliced(std::as_bytes(std::span(text.data(), text.size())));
-  if (!given) {
-    std::fprintf(stderr, "%s: %s\n", path, given.error().message.c_str());
-    return false;
-  }
+  const Result<DecodedSliced> given = read_sliced(path);
+  if (!given) return false;
   const std::vector<std::byte> bytes = encode_sliced(given->sliced, given->lattice, {precision, ChunkSize::kSplit});
   const DecodedSliced whole = decode_sliced(bytes).value();
   const Evaluator evaluator(whole.sliced, whole.lattice);
@@ -145,7 +102,7 @@ bool measure(const char* path, double precision) {
       "%%\n",
       path, bytes.size(), percent * static_cast<double>(head), percent * sum / kPairs,
       percent * static_cast<double>(most), percent * static_cast<double>(region),
-      percent * least_bytes(reader, whole.sliced, needed_in(reader.lattice(), below_40), head));
+      percent * least_bytes(reader, whole.sliced, needs_of(reader.lattice(), below_40), head));
   return true;
 }
 
