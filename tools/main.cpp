@@ -5,9 +5,9 @@
 #include <string>
 
 #include "formats/core/result.h"
-#include "tools/commands.h"
-#include "tools/interrupt.h"
-#include "tools/terminal.h"
+#include "tools/commands/commands.h"
+#include "tools/console/interrupt.h"
+#include "tools/console/terminal.h"
 
 namespace {
 
@@ -47,7 +47,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::CallForVersion& version) {
     sbrdf::print(std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
-    exit_code = sbrdf::report_error("", {sbrdf::ErrorCode::kUsage, usage_message(program, error, argc, argv), {}});
+    exit_code = sbrdf::report_error("", sbrdf::usage_error(usage_message(program, error, argc, argv)));
   }
   return sbrdf::finish_output(exit_code);
 }
@@ -64,6 +64,6 @@ int main(int argc, char** argv) {
     std::fputs("sbrdf: not enough memory\n", stderr);
     return static_cast<int>(ErrorCode::kIo);
   } catch (const std::exception& error) {
-    return sbrdf::report_error("", {ErrorCode::kIo, error.what(), {}});
+    return sbrdf::report_error("", sbrdf::io_error(error.what()));
   }
 }

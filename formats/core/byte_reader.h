@@ -25,10 +25,9 @@ class ByteReader {
   [[nodiscard]] bool ok() const { return !failed_; }
   /// Only meaningful after `ok()` turned false: "truncated: N bytes needed, M left", at the offset of the failed read.
   [[nodiscard]] Error error() const {
-    return {
-        ErrorCode::kInvalidFile,
+    return invalid_file(
         "truncated: " + std::to_string(wanted_) + " bytes needed, " + std::to_string(bytes_.size() - offset_) + " left",
-        offset_};
+        offset_);
   }
   [[nodiscard]] std::size_t offset() const { return offset_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - offset_; }

@@ -62,7 +62,7 @@ class CallbackSource final : public ByteSource {
 [[nodiscard]] inline Result<std::vector<std::byte>> read_range(const ByteSource& source, std::uint64_t offset,
                                                                std::uint64_t size) {
   if (offset > source.size() || size > source.size() - offset) {
-    return Error{ErrorCode::kInvalidFile, "truncated: the file ends early", source.size()};
+    return invalid_file("truncated: the file ends early", source.size());
   }
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
   if (Status status = source.read(offset, bytes); !status) return status.error();

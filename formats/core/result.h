@@ -26,6 +26,19 @@ struct Error {
   std::optional<std::uint64_t> offset;
 };
 
+/// The five kinds in one word each: `return invalid_file("no samples", offset);`.
+[[nodiscard]] inline Error usage_error(std::string message) { return {ErrorCode::kUsage, std::move(message), {}}; }
+[[nodiscard]] inline Error io_error(std::string message) { return {ErrorCode::kIo, std::move(message), {}}; }
+[[nodiscard]] inline Error invalid_file(std::string message, std::optional<std::uint64_t> offset = {}) {
+  return {ErrorCode::kInvalidFile, std::move(message), offset};
+}
+[[nodiscard]] inline Error unsupported(std::string message, std::optional<std::uint64_t> offset = {}) {
+  return {ErrorCode::kUnsupported, std::move(message), offset};
+}
+[[nodiscard]] inline Error difference_error(std::string message) {
+  return {ErrorCode::kDifference, std::move(message), {}};
+}
+
 /// Either a value or an Error. Asking for the one that is not there is a bug of the caller.
 template <class T>
 class [[nodiscard]] Result {

@@ -30,10 +30,9 @@ Result<MerlShape> parse_shape(ByteReader& in) {
   // Compared one by one: a product of three hostile counts can wrap to the right number.
   for (std::size_t axis = 0; axis < shape.size(); ++axis) {
     if (counts[axis] < 1 || counts[axis] > std::int32_t{kMerlMaxCount}) {
-      return Error{ErrorCode::kInvalidFile,
-                   std::string("MERL count of ") + kAxisNames[axis] + " is " + std::to_string(counts[axis]) +
-                       ", must be 1 to " + std::to_string(kMerlMaxCount),
-                   axis * sizeof(std::int32_t)};
+      return invalid_file(std::string("MERL count of ") + kAxisNames[axis] + " is " + std::to_string(counts[axis]) +
+                              ", must be 1 to " + std::to_string(kMerlMaxCount),
+                          axis * sizeof(std::int32_t));
     }
     shape[axis] = static_cast<std::uint32_t>(counts[axis]);
   }
@@ -65,11 +64,11 @@ Result<MerlTable> parse_merl(std::span<const std::byte> bytes) {
   if (!shape) return shape.error();
   const std::uint64_t expected = merl_file_size(*shape);
   if (bytes.size() != expected) {
-    return Error{ErrorCode::kInvalidFile,
-                 (bytes.size() < expected ? "truncated MERL file: " : "bytes after the end of the MERL table: ") +
-                     times(*shape) + " cells need " + std::to_string(expected) + " bytes, the file has " +
-                     std::to_string(bytes.size()),
-                 std::min<std::uint64_t>(bytes.size(), expected)};
+    return invalid_file(
+        (bytes.size() < expected ? "truncated MERL file: " : "bytes after the end of the MERL table: ") +
+            times(*shape) + " cells need " + std::to_string(expected) + " bytes, the file has " +
+            std::to_string(bytes.size()),
+        std::min<std::uint64_t>(bytes.size(), expected));
   }
   MerlTable table;
   table.shape = *shape;

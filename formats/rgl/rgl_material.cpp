@@ -26,7 +26,7 @@ struct Extent {
 constexpr Extent kNodes = {2, true};
 
 Error field_error(const TensorField& field, const std::string& message, std::uint64_t offset) {
-  return {ErrorCode::kInvalidFile, "field \"" + std::string(field.name) + "\": " + message, offset};
+  return invalid_file("field \"" + std::string(field.name) + "\": " + message, offset);
 }
 
 /// "[0, 3, 1]" for a position in the elements of `field`.
@@ -49,7 +49,7 @@ Error value_error(const TensorField& field, std::size_t position, const std::str
 Result<const TensorField*> require(const TensorFile& tensors, std::string_view name, TensorType type,
                                    std::initializer_list<Extent> shape) {
   const TensorField* field = tensors.find(name);
-  if (field == nullptr) return Error{ErrorCode::kInvalidFile, "field \"" + std::string(name) + "\" is missing", {}};
+  if (field == nullptr) return invalid_file("field \"" + std::string(name) + "\" is missing");
   if (field->type != type) {
     return field_error(
         *field,

@@ -43,14 +43,6 @@ std::string label(std::uint32_t index, std::string_view name) {
   return text + ": ";
 }
 
-Error invalid(std::string message, std::uint64_t offset) {
-  return {ErrorCode::kInvalidFile, std::move(message), offset};
-}
-
-Error unsupported(std::string message, std::uint64_t offset) {
-  return {ErrorCode::kUnsupported, std::move(message), offset};
-}
-
 Error truncated(const ByteReader& in, const std::string& where) {
   Error error = in.error();
   error.message = where + error.message;
@@ -67,15 +59,15 @@ Result<std::uint64_t> field_size(const TensorField& field, std::uint64_t file_si
   std::uint64_t count = 1;
   for (std::size_t axis = 0; axis < field.shape.size(); ++axis) {
     if (field.shape[axis] > available_count / count) {
-      return invalid(where + "shape[" + std::to_string(axis) + "] = " + std::to_string(field.shape[axis]) +
-                         " asks for more than the " + std::to_string(file_size - field.offset) +
-                         " bytes between the field's offset and the end of the file",
-                     shape_offset + axis * sizeof(std::uint64_t));
+      return invalid_file(where + "shape[" + std::to_string(axis) + "] = " + std::to_string(field.shape[axis]) +
+                              " asks for more than the " + std::to_string(file_size - field.offset) +
+                              " bytes between the field's offset and the end of the file",
+                          shape_offset + axis * sizeof(std::uint64_t));
     }
     count *= field.shape[axis];
   }
   if (count > available_count)
-    return invalid(where + "its element lies beyond the end of the file", field.entry_offset);
+    return invalid_file(where + "its element lies beyond the end of the file", field.entry_offset);
   return count * element_size;
 }
 
@@ -93,19 +85,19 @@ Result<TensorField> parse_field(ByteReader& in, std::span<const std::byte> file,
   field.offset = in.u64();
   if (!in.ok()) return truncated(in, where);
 
-  if (name_size == 0) return invalid(where + "has no name", field.entry_offset);
+  if (name_size == 0) return invalid_file(where + "has no name", field.entry_offset);
   if (dimension_count > kTensorMaxDimensionCount) {
     return unsupported(where + "has " + std::to_string(dimension_count) + " dimensions, the limit is " +
                            std::to_string(kTensorMaxDimensionCount),
                        dimension_offset);
   }
   if (type == 0 || type >= kTypes.size()) {
-    return invalid(where + "unknown element type " + std::to_string(type), dimension_offset + 2);
+    return invalid_file(where + "unknown element type " + std::to_string(type), dimension_offset + 2);
   }
   field.type = static_cast<TensorType>(type);
   if (field.offset > file.size()) {
-    return invalid(where + "its offset " + std::to_string(field.offset) + " is beyond the end of the file",
-                   offset_offset);
+    return invalid_file(where + "its offset " + std::to_string(field.offset) + " is beyond the end of the file",
+                        offset_offset);
   }
 
   const std::size_t shape_offset = in.offset();
@@ -123,16 +115,17 @@ Status check_placement(const TensorFile& tensors, std::size_t header_size) {
   for (std::size_t index = 0; index < tensors.fields.size(); ++index) {
     const TensorField& field = tensors.fields[index];
     if (field.offset >= header_size || field.bytes.empty()) continue;
-    return invalid(label(static_cast<std::uint32_t>(index), field.name) + "its offset " + std::to_string(field.offset) +
-                       " is inside the header, which ends at " + std::to_string(header_size),
-                   field.entry_offset);
+    return invalid_file(label(static_cast<std::uint32_t>(index), field.name) + "its offset " +
+                            std::to_string(field.offset) + " is inside the header, which ends at " +
+                            std::to_string(header_size),
+                        field.entry_offset);
   }
   return ok_status();
 }
 
 /// Magic, version and the count of fields.
 Result<std::uint32_t> parse_prologue(ByteReader& in) {
-  if (text_of(in.bytes(kMagic.size())) != kMagic) return invalid("not a tensor file: the magic is missing", 0);
+  if (text_of(in.bytes(kMagic.size())) != kMagic) return invalid_file("not a tensor file: the magic is missing", 0);
   const int major = in.u8();
   const int minor = in.u8();
   const std::uint32_t field_count = in.u32();
@@ -173,7 +166,7 @@ Result<TensorFile> parse_tensor_file(std::span<const std::byte> bytes) {
     Result<TensorField> field = parse_field(in, bytes, index);
     if (!field) return field.error();
     if (tensors.find(field->name) != nullptr) {
-      return invalid(label(index, field->name) + "the name was used before", field->entry_offset);
+      return invalid_file(label(index, field->name) + "the name was used before", field->entry_offset);
     }
     tensors.fields.push_back(std::move(field).value());
   }

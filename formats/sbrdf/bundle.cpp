@@ -24,7 +24,7 @@ constexpr std::size_t kNamesListed = 5;
 constexpr std::size_t kNamesCompared = 4096;  // with more, finding the nearest takes too long
 
 Error refuse(const char* clause, const std::string& what, std::optional<std::uint64_t> offset = {}) {
-  return {ErrorCode::kInvalidFile, std::string("[") + clause + "] " + what, offset};
+  return invalid_file(std::string("[") + clause + "] " + what, offset);
 }
 
 Error named(const std::string& name, Error error) {
@@ -185,7 +185,7 @@ Result<BundleHead> read_bundle_head(const ByteSource& source) {
   }
   const std::string version = std::to_string(major) + "." + std::to_string(minor);
   if (major > kBundleMajor || major == 0) {
-    return Error{ErrorCode::kUnsupported, "[SZ-1-3] version " + version + "; this program reads version 1 bundles", 8};
+    return unsupported("[SZ-1-3] version " + version + "; this program reads version 1 bundles", 8);
   }
   if (file_size != source.size()) {
     return refuse(
@@ -325,11 +325,9 @@ Result<const BundleEntry*> BundleReader::find(std::string_view name) const {
   if (found != entries_.end() && found->name == name) return &*found;
   const std::string names = nearest_names(entries_, name);
   const std::string count = std::to_string(entries_.size());
-  return Error{ErrorCode::kUsage,
-               (name.empty() ? "a bundle of " + count + " materials; say which behind a ':'"
-                             : "no material '" + std::string(name) + "' among the " + count + " of this bundle") +
-                   (entries_.size() <= kNamesListed ? ": " : ", such as ") + names,
-               {}};
+  return usage_error((name.empty() ? "a bundle of " + count + " materials; say which behind a ':'"
+                                   : "no material '" + std::string(name) + "' among the " + count + " of this bundle") +
+                     (entries_.size() <= kNamesListed ? ": " : ", such as ") + names);
 }
 
 Result<std::span<const std::byte>> BundleReader::dictionary() const {
@@ -383,7 +381,7 @@ Result<std::unique_ptr<ByteSource>> BundleReader::material(std::string_view name
 }
 
 Status check_material_name(std::string_view name) {
-  if (const auto fault = fault_of_name(name)) return Error{ErrorCode::kUsage, "a material cannot have " + *fault, {}};
+  if (const auto fault = fault_of_name(name)) return usage_error("a material cannot have " + *fault);
   return ok_status();
 }
 

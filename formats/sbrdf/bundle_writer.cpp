@@ -55,8 +55,8 @@ Result<Packed> take_apart(const BundleInput& input) {
 }
 
 Result<std::vector<Packed>> take_all_apart(std::span<const BundleInput> inputs) {
-  if (inputs.empty()) return Error{ErrorCode::kUsage, "a bundle needs at least one material", {}};
-  if (inputs.size() > kMostMaterials) return Error{ErrorCode::kUnsupported, "a bundle has at most 2^20 materials", {}};
+  if (inputs.empty()) return usage_error("a bundle needs at least one material");
+  if (inputs.size() > kMostMaterials) return unsupported("a bundle has at most 2^20 materials");
   std::vector<Packed> all;
   for (const BundleInput& input : inputs) {
     if (Status allowed = check_material_name(input.name); !allowed) return allowed.error();
@@ -71,7 +71,7 @@ Result<std::vector<Packed>> take_all_apart(std::span<const BundleInput> inputs) 
   std::sort(all.begin(), all.end(), [](const Packed& a, const Packed& b) { return a.entry.name < b.entry.name; });
   const auto twice = std::adjacent_find(all.begin(), all.end(),
                                         [](const Packed& a, const Packed& b) { return a.entry.name == b.entry.name; });
-  if (twice != all.end()) return Error{ErrorCode::kUsage, "two materials are named '" + twice->entry.name + "'", {}};
+  if (twice != all.end()) return usage_error("two materials are named '" + twice->entry.name + "'");
   return all;
 }
 
@@ -131,7 +131,7 @@ Result<std::vector<std::byte>> emit_bundle(std::span<const BundleInput> inputs) 
   if (!all) return all.error();
   const Bytes dictionary = pack_heads(*all);
   const Bytes index = emit_index(*all, dictionary.size());
-  if (index.size() > kMaxIndexSize) return Error{ErrorCode::kUnsupported, "the index is larger than 2^24 bytes", {}};
+  if (index.size() > kMaxIndexSize) return unsupported("the index is larger than 2^24 bytes");
   std::uint64_t file_size = kHeaderSize + index.size() + (dictionary.empty() ? 0 : dictionary.size() + kChecksumSize);
   for (const Packed& packed : *all) file_size += packed.entry.bundled_size();
   Bytes file = emit_header(index, file_size);

@@ -11,10 +11,6 @@ namespace {
 
 constexpr std::size_t kHeaderChecked = kHeaderSize - kChecksumSize;  // the header's own checksum stands at its end
 
-Error invalid(std::string message, std::uint64_t offset) {
-  return {ErrorCode::kInvalidFile, std::move(message), offset};
-}
-
 }  // namespace
 
 bool is_container(std::span<const std::byte> bytes) {
@@ -29,7 +25,7 @@ std::uint32_t checksum(std::span<const std::byte> bytes) {
 Result<ContainerHead> read_head(const ByteSource& source) {
   Result<std::vector<std::byte>> header = read_range(source, 0, std::min<std::uint64_t>(kHeaderSize, source.size()));
   if (!header) return header.error();
-  if (!is_container(*header)) return invalid("[SB-1-1] not a sliced BRDF file: wrong magic", 0);
+  if (!is_container(*header)) return invalid_file("[SB-1-1] not a sliced BRDF file: wrong magic", 0);
   ByteReader in(*header);
   in.bytes(kContainerMagic.size());
   ContainerHead head;
@@ -39,27 +35,27 @@ Result<ContainerHead> read_head(const ByteSource& source) {
   const std::uint64_t file_size = in.u64();
   const std::uint32_t index_checksum = in.u32();
   const std::uint32_t header_checksum = in.u32();
-  if (!in.ok()) return invalid("[SB-1-4] truncated: the header has 32 bytes", source.size());
+  if (!in.ok()) return invalid_file("[SB-1-4] truncated: the header has 32 bytes", source.size());
   // First of all: what follows may mean something else in another version.
   if (head.major > kContainerMajor || head.major == 0) {
     return Error{ErrorCode::kUnsupported,
                  "[SB-1-3] version " + head.version() + " of the format; this program reads version 1", 8};
   }
   if (checksum(std::span(*header).first(kHeaderChecked)) != header_checksum) {
-    return invalid("[SB-1-2] the header is damaged: its checksum does not match", kHeaderChecked);
+    return invalid_file("[SB-1-2] the header is damaged: its checksum does not match", kHeaderChecked);
   }
   if (file_size != source.size()) {
-    return invalid("[SB-1-4] the file has " + std::to_string(source.size()) + " bytes, its header says " +
-                       std::to_string(file_size),
-                   16);
+    return invalid_file("[SB-1-4] the file has " + std::to_string(source.size()) + " bytes, its header says " +
+                            std::to_string(file_size),
+                        16);
   }
   if (index_size > kMaxIndexSize || index_size > file_size - kHeaderSize) {
-    return invalid("[SB-1-5] an index of " + std::to_string(index_size) + " bytes does not fit", 12);
+    return invalid_file("[SB-1-5] an index of " + std::to_string(index_size) + " bytes does not fit", 12);
   }
   Result<std::vector<std::byte>> index = read_range(source, kHeaderSize, index_size);
   if (!index) return index.error();
   if (checksum(*index) != index_checksum) {
-    return invalid("[SB-1-6] the index is damaged: its checksum does not match", kHeaderSize);
+    return invalid_file("[SB-1-6] the index is damaged: its checksum does not match", kHeaderSize);
   }
   head.index = *std::move(index);
   return head;
@@ -68,12 +64,12 @@ Result<ContainerHead> read_head(const ByteSource& source) {
 Result<std::vector<std::byte>> read_chunk(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
   Result<std::vector<std::byte>> bytes = read_range(source, offset, size);
   if (!bytes) return bytes;
-  if (bytes->size() <= kChecksumSize) return invalid("[SB-1-7] a chunk without content", offset);
+  if (bytes->size() <= kChecksumSize) return invalid_file("[SB-1-7] a chunk without content", offset);
   const std::size_t payload = bytes->size() - kChecksumSize;
   const std::span<const std::byte> all(*bytes);
   ByteReader end(all.subspan(payload));
   if (checksum(all.first(payload)) != end.u32()) {
-    return invalid("[SB-1-7] a chunk is damaged: its checksum does not match", offset);
+    return invalid_file("[SB-1-7] a chunk is damaged: its checksum does not match", offset);
   }
   bytes->resize(payload);
   return bytes;

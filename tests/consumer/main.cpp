@@ -1,9 +1,9 @@
 // Uses something of each installed layer, so that each archive and all that it links must be found.
 #include <array>
 
-#include "codec/frame.h"
-#include "converters/format_table.h"
-#include "converters/kurt.h"
+#include "codec/frame/frame.h"
+#include "converters/files/format_table.h"
+#include "converters/models/kurt.h"
 #include "formats/core/directions.h"
 
 int main() {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "codec/sliced_reader.h"
+#include "codec/file/reader.h"
 #include "formats/core/byte_source.h"
 #include "formats/sbrdf/container.h"
 #include "tests/fuzz/require.h"
@@ -23,7 +23,7 @@ void run(const Bytes& bytes) {
   const SlicedIndex& index = reader->index();
   require(index.channels.size() == index.ranges.size(), "every channel has a range");
   std::uint64_t before = 0;
-  for (int level = 0; level <= kMaxLevel; ++level) {
+  for (int level = 0; level <= kMaxDepth; ++level) {
     const std::uint64_t needed = reader->bytes_up_to(level);
     require(before <= needed && needed <= bytes.size(), "more levels need more bytes, but no more than there are");
     before = needed;

@@ -1,10 +1,11 @@
 #include <algorithm>
 #include <bit>
 
-#include "codec/cell_set.h"
-#include "codec/evaluator.h"
-#include "codec/sliced_codec.h"
-#include "codec/sliced_reader.h"
+#include "codec/file/encoder.h"
+#include "codec/file/reader.h"
+#include "codec/file/value_scaling.h"
+#include "codec/frame/cells.h"
+#include "codec/material/evaluator.h"
 #include "formats/core/byte_source.h"
 #include "tests/fuzz/sliced_file.h"
 
@@ -46,7 +47,7 @@ void check_levels(const SlicedReader& reader, const DecodedSliced& decoded) {
   require(coarse.ok(), "what decodes does so up to a level");
   require(same_bits(coarse->crossing_values, decoded.sliced.crossing_values), "crossings are the same at every level");
   std::size_t expected = 0;
-  for (const SamplePosition& place : decoded.sliced.positions) expected += level_of(place.fraction) <= 2 ? 1 : 0;
+  for (const SamplePosition& place : decoded.sliced.positions) expected += depth_of(place.fraction) <= 2 ? 1 : 0;
   require(coarse->adaptive_count() == expected, "all samples up to the level are there");
 }
 

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <random>
 
-#include "converters/merl.h"
+#include "converters/files/merl.h"
 #include "formats/merl/merl.h"
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"

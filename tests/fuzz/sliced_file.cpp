@@ -171,17 +171,18 @@ class Mutation {
     SlicedIndex& index = parts.index;
     switch (below(12)) {
       case 0:
-        index.distributions[below(index.distributions.size())] = static_cast<std::uint8_t>(below(113));
+        index.distributions.residuals[below(index.distributions.residuals.size())] =
+            static_cast<std::uint8_t>(below(113));
         break;
       case 1:
-        index.flags[below(index.flags.size())] = static_cast<std::uint8_t>(below(256));
+        index.distributions.flags[below(index.distributions.flags.size())] = static_cast<std::uint8_t>(below(256));
         break;
       case 2:
         index.base_channel = static_cast<std::uint32_t>(below(index.channels.size() + 1));
         index.activity_shift = static_cast<std::uint32_t>(below(33));
         break;
       case 3:
-        index.token_count = static_cast<std::uint32_t>(15 + below(61));
+        index.distributions.token_count = static_cast<std::uint32_t>(15 + below(61));
         break;
       case 4:
         index.adaptive_count =
@@ -229,14 +230,14 @@ class Mutation {
 
   void change_scale(SlicedIndex& index) {
     if (below(4) == 0) {
-      index.scale = LevelScale();
+      index.scale = Quantizer();
       return;
     }
     // Tables of 2^20 steps are slow to make and no harder to read.
     const auto per_octave = static_cast<std::uint32_t>(1 + below(below(8) == 0 ? 1U << 20U : 2000));
     const double ratio = below(2) == 0 ? 1 + 0.7 / per_octave : number();
     const auto lowest = static_cast<std::int32_t>(below(1U << 30U)) - (1 << 29);
-    index.scale = LevelScale(number(), per_octave, ratio, below(2) == 0 ? lowest : lowest % (150 * 2000));
+    index.scale = Quantizer(number(), per_octave, ratio, below(2) == 0 ? lowest : lowest % (150 * 2000));
   }
 
   void change_channels(SlicedIndex& index) {
@@ -267,9 +268,9 @@ class Mutation {
       block[below(block.size())] = static_cast<std::uint32_t>(below(8) == 0 ? count() : below(6));
       return;
     }
-    layout.piece_levels = {1};
+    layout.piece_depths = {1};
     while (below(3) != 0)
-      layout.piece_levels.push_back(static_cast<std::uint8_t>(layout.piece_levels.back() + 1 + below(4)));
+      layout.piece_depths.push_back(static_cast<std::uint8_t>(layout.piece_depths.back() + 1 + below(4)));
   }
 
   void change_frame(FrameSpec& frame) {
@@ -307,7 +308,7 @@ class Mutation {
     if (points > 10'000 || !check_frame(parts.index.frame)) return;
     const Result<Lattice> lattice = build_lattice(parts.index.frame);
     if (!lattice) return;
-    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_levels.size());
+    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_depths.size());
     parts.payloads.resize(std::min<std::size_t>(order.count(), 10'000));
     if (order.count() > 2 && parts.payloads[2].empty()) parts.payloads[2].resize(4);
   }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "codec/sliced_index.h"
+#include "codec/file/index.h"
 #include "formats/sbrdf/container.h"
 #include "tests/fuzz/require.h"
 

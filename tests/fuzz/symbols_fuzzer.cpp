@@ -3,11 +3,11 @@
 #include <optional>
 #include <utility>
 
-#include "codec/cell_set.h"
-#include "codec/entropy.h"
-#include "codec/guide_levels.h"
-#include "codec/sample_coder.h"
-#include "codec/sliced_reader.h"
+#include "codec/coding/guide_steps.h"
+#include "codec/coding/rans.h"
+#include "codec/coding/sample_coder.h"
+#include "codec/file/reader.h"
+#include "codec/frame/cells.h"
 #include "formats/core/byte_source.h"
 #include "tests/fuzz/sliced_file.h"
 
@@ -65,17 +65,17 @@ class ScriptIo {
 
   void residual(unsigned context, std::int64_t& value) {
     value = script_.residual();
-    if (token_of(value).index >= index_.token_count) value = 0;
+    if (token_of(value).index >= index_.distributions.token_count) value = 0;
     events_.push_back({value, context, false});
   }
   void flag(unsigned context, bool& value) {
     value = script_.flag();
     events_.push_back({value ? 1 : 0, context, true});
   }
-  [[nodiscard]] std::int32_t level(std::int64_t level) {
+  [[nodiscard]] std::int32_t step(std::int64_t step) {
     constexpr std::int64_t kMost = 0x7FFFFFFF;
-    if (level < -kMost || level > kMost) failed_ = true;
-    return static_cast<std::int32_t>(std::clamp(level, -kMost, kMost));
+    if (step < -kMost || step > kMost) failed_ = true;
+    return static_cast<std::int32_t>(std::clamp(step, -kMost, kMost));
   }
   [[nodiscard]] bool ok() const { return !failed_ && events_.size() < kMostSamples * 8; }
 
@@ -84,13 +84,13 @@ class ScriptIo {
     std::map<std::uint8_t, Distribution> distributions;
     for (auto event = events_.rbegin(); event != events_.rend(); ++event) {
       if (event->flag) {
-        const std::uint32_t yes = 16U * index_.flags[event->context];
+        const std::uint32_t yes = 16U * index_.distributions.flags[event->context];
         event->value != 0 ? out.put(0, yes) : out.put(yes, kProbabilityOne - yes);
         continue;
       }
-      const std::uint8_t number = index_.distributions[event->context];
+      const std::uint8_t number = index_.distributions.residuals[event->context];
       const auto found = distributions.try_emplace(number);
-      if (found.second) found.first->second = make_distribution(number, index_.token_count);
+      if (found.second) found.first->second = make_distribution(number, index_.distributions.token_count);
       const Token token = token_of(event->value);
       out.put_bits(token.bits, token.bit_count);
       out.put(found.first->second.start[token.index], found.first->second.frequency[token.index]);
@@ -120,11 +120,11 @@ class ScriptedFile {
         lattice_(lattice),
         channels_(index_.channels.size()),
         blocks_(make_blocks(lattice, index_.layout)),
-        order_(blocks_, index_.layout.piece_levels.size()),
+        order_(blocks_, index_.layout.piece_depths.size()),
         crossings_(channels_),
         state_(channels_) {
-    std::ranges::replace(index_.distributions, SlicedIndex::kUnused, kSomeDistribution);
-    std::ranges::replace(index_.flags, std::uint8_t{0}, kSomeFlag);
+    std::ranges::replace(index_.distributions.residuals, Distributions::kUnused, kSomeDistribution);
+    std::ranges::replace(index_.distributions.flags, std::uint8_t{0}, kSomeFlag);
   }
 
   Bytes run() {
@@ -143,14 +143,14 @@ class ScriptedFile {
     Bytes& payload = parts_.payloads[ChunkOrder::kGuide];
     ScriptIo io(payload, index_);
     const std::size_t node_count = lattice_.nodes[kVertical].size();
-    LevelTable nodes(channels_);
+    StepTable nodes(channels_);
     nodes.hold(node_count);
     code_guide_nodes(io, index_.coding(), node_count, nodes);
-    SliceLevels state(channels_);
+    SliceSteps state(channels_);
     begin_guide(lattice_, nodes, state);
-    for (int level = 1; level <= kMaxLevel && io.ok(); ++level) {
-      code_level(
-          io, index_.coding(), level, state,
+    for (int depth = 1; depth <= kMaxDepth && io.ok(); ++depth) {
+      code_depth(
+          io, index_.coding(), depth, state,
           [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
           CodingContext::kGuideSample, CodingContext::kGuideSample, false);
     }
@@ -172,15 +172,15 @@ class ScriptedFile {
   struct Piece {
     ScriptIo io;
     std::size_t number = 0;
-    std::pair<int, int> levels;
+    std::pair<int, int> depths;
   };
 
   void write_block(std::size_t kind, std::size_t block) {
     std::vector<Piece> pieces;
-    for (std::size_t piece = 0; piece < index_.layout.piece_levels.size(); ++piece) {
+    for (std::size_t piece = 0; piece < index_.layout.piece_depths.size(); ++piece) {
       const std::size_t number = order_.slices(piece, kind, block);
       if (parts_.payloads[number].empty()) continue;
-      pieces.push_back({ScriptIo(parts_.payloads[number], index_), number, levels_of_piece(index_.layout, piece)});
+      pieces.push_back({ScriptIo(parts_.payloads[number], index_), number, depths_of_piece(index_.layout, piece)});
     }
     for (const std::uint32_t k : blocks_.slices[kind][block]) {
       if (!write_slice(k, pieces)) break;
@@ -194,9 +194,9 @@ class ScriptedFile {
     begin_slice(lattice_, slice, crossings_, state_);
     const std::size_t known = state_.samples.size();
     for (Piece& piece : pieces) {
-      for (int level = piece.levels.first; level < piece.levels.second; ++level) {
-        code_level(
-            piece.io, index_.coding(), level, state_,
+      for (int depth = piece.depths.first; depth < piece.depths.second; ++depth) {
+        code_depth(
+            piece.io, index_.coding(), depth, state_,
             [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
             CodingContext::kSampleBase, CodingContext::kSampleOther);
         if (!piece.io.ok() || sample_count_ + state_.samples.size() - known > kMostSamples) return false;
@@ -227,8 +227,8 @@ class ScriptedFile {
   std::size_t channels_;
   LatticeBlocks blocks_;
   ChunkOrder order_;
-  LevelTable crossings_;
-  SliceLevels state_;
+  StepTable crossings_;
+  SliceSteps state_;
   std::size_t sample_count_ = 0;
 };
 

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/coding/chunk_layout.h"
+#include "codec/frame/lattice.h"
+
+namespace sbrdf {
+
+/// What a value is predicted from: up to four values that are known already, and the weights of the polynomial
+/// through them.
+struct Stencil {
+  std::array<std::uint32_t, 4> member{};
+  std::array<double, 4> weight{};
+  std::uint32_t count = 0;
+};
+
+/// Weights of the polynomial through values at `positions` (1 to 4, distinct), at position `at`.
+void set_weights(Stencil& stencil, std::span<const double> positions, double at);
+
+/// In which order the crossings of one block are coded, and from which others: coarse parts of the lattice first, each
+/// finer crossing by interpolation along one of the axes on which it lies between coarser ones. Only crossings of the
+/// same block are used, so a chunk can be decoded by itself. specs/sbrdf.md, section 6.
+struct CrossingPlan {
+  struct Step {
+    std::uint32_t crossing = 0;
+    std::uint32_t first_stencil = 0;
+    std::uint32_t stencil_count = 0;  ///< the one whose members differ least is used; 0 only for the first of a block
+  };
+  std::vector<Step> steps;
+  std::vector<Stencil> stencils;
+  std::vector<std::uint32_t> block_begin;  ///< in steps, one entry more than there are blocks
+};
+
+[[nodiscard]] CrossingPlan plan_crossings(const Lattice& lattice, const LatticeBlocks& blocks);
+
+}  // namespace sbrdf

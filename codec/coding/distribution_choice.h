@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "codec/coding/rans.h"
+#include "codec/coding/sample_coder.h"
+
+namespace sbrdf {
+
+/// What a chunk holds, before the distributions are known.
+struct Event {
+  std::int64_t value = 0;  ///< a residual, or 0 and 1 for a flag
+  std::uint8_t context = 0;
+  bool flag = false;
+};
+
+/// The distributions of a file, as its index holds them.
+struct Distributions {
+  static constexpr std::uint8_t kUnused = 0xFF;
+  std::uint32_t token_count = Token::kDirect;
+  std::array<std::uint8_t, CodingContext::kResidualCount> residuals{};  ///< numbers in the family, or kUnused
+  std::array<std::uint8_t, CodingContext::kFlagCount> flags{};          ///< probability of yes in 1/256; 0 unused
+};
+
+struct DistributionChoice {
+  Distributions distributions;
+  std::uint64_t cost_256 = 0;  ///< bits that the events take with them, times 256
+};
+
+/// Gives every context that occurs the distribution, or the probability, with which it takes the fewest bits.
+[[nodiscard]] DistributionChoice choose_distributions(const std::vector<std::vector<Event>>& chunks);
+
+}  // namespace sbrdf

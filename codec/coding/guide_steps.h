@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "codec/coding/quantizer.h"
+#include "codec/coding/sample_coder.h"
+#include "codec/material/value_map.h"
+
+namespace sbrdf {
+
+// How a guide is coded, and what it does to the steps of samples. specs/sbrdf.md, section 7.
+
+/// Guides are numbers of the value domain, where steps are equal: 2^-11 in a bounded file, the bits in a lossless one.
+[[nodiscard]] std::int32_t guide_step(const Quantizer& scale, float value);
+[[nodiscard]] float guide_value(const Quantizer& scale, std::int32_t step);
+
+/// The guide in steps, which prediction takes off. Only for a ratio of 1: other angles need functions whose last bit
+/// differs from machine to machine.
+class GuideSteps {
+ public:
+  GuideSteps(const Guide& guide, const Lattice& lattice, std::size_t channels, const Quantizer& scale);
+
+  void take_off(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, -1); }
+  void put_back(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, 1); }
+
+ private:
+  void shift(const Coordinates& x, std::span<std::int32_t> steps, std::int64_t sign) const;
+
+  bool active_ = false;
+  double steps_per_unit_ = 0;
+  GuideCurve<double> curve_;
+};
+
+/// Makes `state` the slice as it is before its first sample: its crossings.
+void begin_slice(const Lattice& lattice, const Slice& slice, const StepTable& crossings, SliceSteps& state);
+/// The guide as one more slice, along axis 3.
+void begin_guide(const Lattice& lattice, const StepTable& nodes, SliceSteps& state);
+
+/// The guide's values at its nodes, each predicted by the one before.
+template <class Io>
+void code_guide_nodes(Io& io, const CodingParameters& coding, std::size_t node_count, StepTable& nodes) {
+  for (std::size_t k = 0; k < node_count && io.ok(); ++k) {
+    Stencil stencil;
+    if (k > 0) stencil = {{static_cast<std::uint32_t>(k - 1)}, {1.0}, 1};
+    code_sample(io, coding, stencil, 0, nodes, k, CodingContext::kGuideNode, CodingContext::kGuideNode, false);
+  }
+}
+
+}  // namespace sbrdf

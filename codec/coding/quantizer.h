@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <vector>
+
+namespace sbrdf {
+
+/// Relative bounds that a Quantizer can be made for.
+inline constexpr double kFinestBound = 1e-6;
+inline constexpr double kCoarsestBound = 0.5;
+
+/// Which values a file can hold, as whole numbers: the *steps* that are predicted and coded. Steps rise with the
+/// value, 0 is exactly 0, and step -n is the negative of step n.
+///
+/// Lossless: the bits of the float32, so every finite value has a step. Bounded: a geometric series, `per_octave`
+/// steps to a doubling, so fine that the nearest step is off by no more than `bound` of the value. specs/sbrdf.md,
+/// section 4.
+///
+/// Only additions, multiplications and divisions of doubles are used, in a fixed order: the same steps everywhere.
+class Quantizer {
+ public:
+  /// Every float32 as it is.
+  Quantizer() = default;
+  /// The coarsest scale that keeps `bound` (relative, kFinestBound to kCoarsestBound), the last rounding to float32
+  /// included, for values from 2^-126 to half the largest float.
+  explicit Quantizer(double bound);
+  /// As stored in a file; `per_octave` at least 1, `ratio` in (1, 2].
+  Quantizer(double bound, std::uint32_t per_octave, double ratio, std::int32_t lowest);
+
+  [[nodiscard]] bool lossless() const { return per_octave_ == 0; }
+  [[nodiscard]] double bound() const { return bound_; }  ///< 0 if lossless
+  [[nodiscard]] std::uint32_t per_octave() const { return per_octave_; }
+  [[nodiscard]] double ratio() const { return ratio_; }
+  [[nodiscard]] std::int32_t lowest() const { return lowest_; }
+
+  /// Steps to a doubling, whatever the kind.
+  [[nodiscard]] double steps_per_octave() const { return lossless() ? 8388608.0 : static_cast<double>(per_octave_); }
+
+  /// Makes the smallest magnitude among all values, zeros aside, step 1. Lossless scales stay as they are.
+  void begin_at_smallest(std::initializer_list<std::span<const float>> lists);
+
+  /// The nearest step; finite values only.
+  [[nodiscard]] std::int32_t step(float value) const;
+  /// Infinite beyond the range of float32, which steps of values close to its end may round to.
+  [[nodiscard]] float value(std::int32_t step) const;
+
+ private:
+  void make_table();
+  [[nodiscard]] double magnitude(std::int64_t power) const;
+
+  double bound_ = 0;
+  std::uint32_t per_octave_ = 0;
+  double ratio_ = 1;
+  std::int32_t lowest_ = 0;            ///< step 1 is of magnitude ratio^lowest
+  double reciprocal_ = 1;              ///< of per_octave
+  std::vector<double> table_;          ///< ratio^k for k below per_octave
+  std::vector<std::uint32_t> starts_;  ///< for 256 equal parts of [1, 2), the last entry of table_ not above its start
+};
+
+}  // namespace sbrdf

@@ -1,0 +1,354 @@
+#include "codec/file/loader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "codec/coding/guide_steps.h"
+#include "codec/coding/sample_coder.h"
+#include "formats/sbrdf/container.h"
+
+namespace sbrdf {
+namespace {
+
+/// Distributions made ready for decoding; those that a file does not use stay empty.
+struct DecodingTables {
+  struct Entry {
+    Distribution distribution;
+    SymbolTable symbols;
+  };
+  std::array<std::optional<Entry>, CodingContext::kResidualCount> residuals;
+  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};  ///< frequency of yes, 0 unused
+
+  explicit DecodingTables(const SlicedIndex& index) {
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      if (index.distributions.residuals[k] == Distributions::kUnused) continue;
+      const Distribution distribution =
+          make_distribution(index.distributions.residuals[k], index.distributions.token_count);
+      residuals[k] = Entry{distribution, make_symbol_table(distribution, index.distributions.token_count)};
+    }
+    for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = 16U * index.distributions.flags[k];
+  }
+};
+
+/// The Io of code_sample for reading.
+class StreamReader {
+ public:
+  static constexpr bool kDecodes = true;
+
+  StreamReader(std::span<const std::byte> stream, const DecodingTables& tables) : stream_(stream), tables_(tables) {}
+
+  void residual(unsigned context, std::int64_t& value) {
+    const auto& entry = tables_.residuals[context];
+    if (!entry) {
+      failed_ = true;
+      return;
+    }
+    const unsigned token = entry->symbols[stream_.peek()];
+    stream_.take(entry->distribution.start[token], entry->distribution.frequency[token]);
+    const unsigned count = plain_bits(token);
+    value = residual_of(token, count == 0 ? 0 : stream_.bits(count));
+  }
+  void flag(unsigned context, bool& value) {
+    const std::uint32_t yes = tables_.flags[context];
+    if (yes == 0) {
+      failed_ = true;
+      return;
+    }
+    value = stream_.peek() < yes;
+    value ? stream_.take(0, yes) : stream_.take(yes, kProbabilityOne - yes);
+  }
+  [[nodiscard]] std::int32_t step(std::int64_t step) {
+    constexpr std::int64_t kLeast = std::numeric_limits<std::int32_t>::min();
+    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+    if (step < kLeast || step > kMost) failed_ = true;
+    return static_cast<std::int32_t>(std::clamp(step, kLeast, kMost));
+  }
+  [[nodiscard]] bool ok() const { return !failed_ && !stream_.overrun(); }
+  [[nodiscard]] bool at_end() const { return ok() && stream_.at_end(); }
+
+ private:
+  RansDecoder stream_;
+  const DecodingTables& tables_;
+  bool failed_ = false;
+};
+
+/// One load: which crossings and slices are wanted, and what has been read of them.
+class Loader {
+ public:
+  Loader(const SlicedFile& file, LatticeParts wanted, int max_depth)
+      : file_(file),
+        index_(file.index),
+        lattice_(*file.lattice),
+        channels_(index_.channels.size()),
+        coding_(index_.coding()),
+        max_depth_(max_depth),
+        tables_(index_),
+        wanted_(std::move(wanted)),
+        crossings_(channels_),
+        state_(channels_) {}
+
+  // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
+  // any one slice that has samples; a slice without samples needs only its own.
+  void want_what_decoding_needs() {
+    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+      const Blocks& blocks = file_.blocks.slices[kind];
+      for (std::size_t block = 0; block < blocks.size(); ++block) {
+        if (!is_wanted(blocks[block]) || !has_samples(kind, block)) continue;
+        for (const std::uint32_t k : blocks[block]) {
+          for (const SliceNode& node : lattice_.nodes_of(lattice_.slices[k])) wanted_.crossings[node.crossing] = true;
+        }
+      }
+    }
+  }
+
+  Result<SlicedBrdf> run() {
+    sliced_.frame = index_.frame;
+    sliced_.domain = index_.domain;
+    sliced_.channels = index_.channels;
+    if (Status status = read_guide(); !status) return status.error();
+    if (Status status = read_crossings(); !status) return status.error();
+    if (Status status = read_slices(); !status) return status.error();
+    return collect();
+  }
+
+ private:
+  [[nodiscard]] bool is_wanted(const std::vector<std::uint32_t>& block) const {
+    return std::any_of(block.begin(), block.end(), [&](std::uint32_t k) { return wanted_.slices[k]; });
+  }
+  [[nodiscard]] bool has_samples(std::size_t kind, std::size_t block) const {
+    for (std::size_t piece = 0; piece < index_.layout.piece_depths.size(); ++piece) {
+      if (index_.layout.piece_depths[piece] > max_depth_) break;
+      if (index_.chunk_sizes[file_.order.slices(piece, kind, block)] != 0) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] Error damaged(std::size_t chunk, const char* clause, const char* what) const {
+    Error error = refuse_sliced(clause, what);
+    error.offset = file_.offsets[chunk];
+    return error;
+  }
+
+  Status read_guide() {
+    if (!index_.guided) return ok_status();
+    const Result<std::vector<std::byte>> bytes = file_.chunk(ChunkOrder::kGuide);
+    if (!bytes) return bytes.error();
+    StreamReader in(*bytes, tables_);
+    StepTable nodes(channels_);
+    const std::size_t node_count = lattice_.nodes[kVertical].size();
+    nodes.hold(node_count);
+    code_guide_nodes(in, coding_, node_count, nodes);
+    SliceSteps state(channels_);
+    begin_guide(lattice_, nodes, state);
+    for (int depth = 1; depth <= kMaxDepth && in.ok(); ++depth) {
+      code_depth(
+          in, coding_, depth, state,
+          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
+          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
+      if (state.samples.size() > index_.guide_count) break;
+    }
+    if (!in.at_end() || state.samples.size() != index_.guide_count) {
+      return damaged(ChunkOrder::kGuide, "SB-8-2", "the guide does not decode");
+    }
+    Guide guide;
+    guide.ratio = index_.guide_ratio;
+    for (std::uint32_t k = 0; k != SliceSteps::kNone; k = state.samples[k].after) {
+      guide.places.push_back(state.samples[k].place);
+      for (std::size_t c = 0; c < channels_; ++c) {
+        guide.values.push_back(guide_value(index_.scale, state.table.steps(k)[c]));
+      }
+    }
+    if (!std::all_of(guide.values.begin(), guide.values.end(), [](float v) { return std::isfinite(v); })) {
+      return damaged(ChunkOrder::kGuide, "SB-8-4", "a value of the guide is not finite");
+    }
+    offsets_.emplace(guide, lattice_, channels_, index_.scale);
+    sliced_.guide = std::move(guide);
+    return ok_status();
+  }
+
+  Status read_crossings() {
+    crossings_.hold(lattice_.crossings.size());
+    read_crossing_.assign(lattice_.crossings.size(), false);
+    for (std::uint32_t block = 0; block < file_.blocks.crossings.size(); ++block) {
+      const std::vector<std::uint32_t>& members = file_.blocks.crossings[block];
+      if (std::none_of(members.begin(), members.end(), [&](std::uint32_t k) { return wanted_.crossings[k]; })) continue;
+      const std::size_t number = ChunkOrder::crossings(block);
+      const Result<std::vector<std::byte>> bytes = file_.chunk(number);
+      if (!bytes) return bytes.error();
+      StreamReader in(*bytes, tables_);
+      code_crossings(in, coding_, file_.plan, block, crossings_);
+      if (!in.at_end()) return damaged(number, "SB-8-1", "the crossings do not decode");
+      for (const std::uint32_t k : members) read_crossing_[k] = true;
+    }
+    return ok_status();
+  }
+
+  /// The stream of one piece of a block; the bytes must outlive it.
+  struct PieceStream {
+    std::vector<std::byte> bytes;
+    std::optional<StreamReader> in;
+    std::size_t number = 0;
+    int first_depth = 0;
+    int end_depth = 0;
+  };
+
+  // Slice by slice through all pieces, so that nothing but one slice is worked on.
+  Status read_slices() {
+    sliced_.sample_counts.assign(lattice_.slices.size(), 0);
+    sampled_.resize(lattice_.slices.size());
+    for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
+      for (std::size_t block = 0; block < file_.blocks.slices[kind].size(); ++block) {
+        if (!is_wanted(file_.blocks.slices[kind][block])) continue;
+        if (Status status = read_block(kind, block); !status) return status;
+      }
+    }
+    return ok_status();
+  }
+
+  Status read_block(std::size_t kind, std::size_t block) {
+    std::vector<PieceStream> pieces;
+    for (std::size_t piece = 0; piece < index_.layout.piece_depths.size(); ++piece) {
+      const auto [first_depth, end_depth] = depths_of_piece(index_.layout, piece);
+      const std::size_t number = file_.order.slices(piece, kind, block);
+      if (first_depth > max_depth_ || index_.chunk_sizes[number] == 0) continue;
+      Result<std::vector<std::byte>> bytes = file_.chunk(number);
+      if (!bytes) return bytes.error();
+      pieces.push_back({*std::move(bytes), {}, number, first_depth, end_depth});
+    }
+    if (pieces.empty()) return ok_status();
+    for (PieceStream& piece : pieces) piece.in.emplace(piece.bytes, tables_);
+    for (const std::uint32_t k : file_.blocks.slices[kind][block]) {
+      if (Status status = read_slice(k, pieces); !status) return status;
+    }
+    for (const PieceStream& piece : pieces) {
+      if (!piece.in->at_end()) return damaged(piece.number, "SB-8-3", "the samples do not decode");
+    }
+    return ok_status();
+  }
+
+  Status read_slice(std::uint32_t k, std::vector<PieceStream>& pieces) {
+    const Slice& slice = lattice_.slices[k];
+    begin_slice(lattice_, slice, crossings_, state_);
+    const std::size_t crossings = state_.samples.size();
+    for (PieceStream& piece : pieces) {
+      for (int depth = piece.first_depth; depth < piece.end_depth; ++depth) {
+        code_depth(
+            *piece.in, coding_, depth, state_,
+            [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
+            CodingContext::kSampleBase, CodingContext::kSampleOther);
+        if (!piece.in->ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
+          return damaged(piece.number, "SB-8-3", "the samples do not decode");
+        }
+      }
+    }
+    decoded_ += state_.samples.size() - crossings;
+    if (wanted_.slices[k]) keep(k, slice);
+    return ok_status();
+  }
+
+  void keep(std::uint32_t k, const Slice& slice) {
+    sampled_[k] = sliced_.positions.size();
+    std::uint32_t s = 0;
+    do {
+      const SliceSteps::Sample& sample = state_.samples[s];
+      const int depth = depth_of(sample.place.fraction);
+      if (depth != 0 && depth <= max_depth_) {
+        ++sliced_.sample_counts[k];
+        sliced_.positions.push_back(sample.place);
+        append_values([&] { return coordinates_on(slice, sample.position_deg); },
+                      std::span(state_.table.steps(s), channels_), sliced_.sample_values);
+      }
+      s = sample.after;
+    } while (s != 0 && s != SliceSteps::kNone);
+  }
+
+  template <class CoordinatesOf>
+  void append_values(const CoordinatesOf& x, std::span<std::int32_t> steps, std::vector<float>& values) {
+    if (offsets_) offsets_->put_back(x(), steps);
+    for (const std::int32_t step : steps) values.push_back(index_.scale.value(step));
+  }
+
+  Result<SlicedBrdf> collect() {
+    sliced_.crossing_values.reserve(lattice_.crossings.size() * channels_);
+    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
+      if (read_crossing_[k]) {
+        append_values([&] { return lattice_.crossings[k]; }, std::span(crossings_.steps(k), channels_),
+                      sliced_.crossing_values);
+      } else {
+        sliced_.crossing_values.resize(sliced_.crossing_values.size() + channels_, 0.0F);
+      }
+    }
+    order_by_slice();
+    const auto finite = [](float v) { return std::isfinite(v); };
+    for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
+      if (!std::all_of(values->begin(), values->end(), finite)) return refuse_sliced("SB-8-4", "a value is not finite");
+    }
+    sliced_.whole_ranges = index_.ranges;
+    return std::move(sliced_);
+  }
+
+  // Blocks come in an order of their own.
+  void order_by_slice() {
+    std::size_t next = 0;
+    bool ordered = true;
+    for (std::size_t k = 0; k < sampled_.size(); ++k) {
+      ordered = ordered && (sliced_.sample_counts[k] == 0 || sampled_[k] == next);
+      next += sliced_.sample_counts[k];
+    }
+    if (ordered) return;
+    std::vector<SamplePosition> positions;
+    std::vector<float> values;
+    positions.reserve(sliced_.positions.size());
+    values.reserve(sliced_.sample_values.size());
+    for (std::size_t k = 0; k < sampled_.size(); ++k) {
+      const auto first = static_cast<std::ptrdiff_t>(sampled_[k]);
+      const auto count = static_cast<std::ptrdiff_t>(sliced_.sample_counts[k]);
+      const auto channels = static_cast<std::ptrdiff_t>(channels_);
+      positions.insert(positions.end(), sliced_.positions.begin() + first, sliced_.positions.begin() + first + count);
+      values.insert(values.end(), sliced_.sample_values.begin() + first * channels,
+                    sliced_.sample_values.begin() + (first + count) * channels);
+    }
+    sliced_.positions = std::move(positions);
+    sliced_.sample_values = std::move(values);
+  }
+
+  const SlicedFile& file_;
+  const SlicedIndex& index_;
+  const Lattice& lattice_;
+  std::size_t channels_;
+  CodingParameters coding_;
+  int max_depth_;
+  DecodingTables tables_;
+  LatticeParts wanted_;
+  std::vector<bool> read_crossing_;
+  StepTable crossings_;
+  SliceSteps state_;
+  std::vector<std::size_t> sampled_;  ///< per slice, its first sample as decoded
+  std::optional<GuideSteps> offsets_;
+  std::uint64_t decoded_ = 0;
+  SlicedBrdf sliced_;
+};
+
+}  // namespace
+
+Result<std::vector<std::byte>> SlicedFile::chunk(std::size_t number) const {
+  return read_chunk(*source, offsets[number], index.chunk_sizes[number]);
+}
+
+Result<SlicedBrdf> load_samples(const SlicedFile& file, int max_depth) {
+  const Lattice& lattice = *file.lattice;
+  const LatticeParts all = {std::vector<bool>(lattice.crossings.size(), true),
+                            std::vector<bool>(lattice.slices.size(), true)};
+  return Loader(file, all, max_depth).run();
+}
+
+Result<SlicedBrdf> load_samples(const SlicedFile& file, const CellSet& cells, int max_depth) {
+  Loader loader(file, needs_of(*file.lattice, cells), max_depth);
+  loader.want_what_decoding_needs();
+  return loader.run();
+}
+
+}  // namespace sbrdf

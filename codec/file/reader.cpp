@@ -1,0 +1,123 @@
+#include "codec/file/reader.h"
+
+#include "codec/file/metadata.h"
+#include "formats/sbrdf/container.h"
+
+namespace sbrdf {
+namespace {
+
+// What a small file can make a reader allocate: no distribution takes less than 1/190 of a bit for a value.
+constexpr double kMostValuesPerByte = 1536;
+constexpr double kValuesAlwaysAllowed = 65536;
+
+// Away from the poles at most eight lattice points are one crossing. Keeps a small file from asking for a huge lattice.
+double least_crossing_count(const FrameSpec& frame) {
+  double count = 1.0 / 8;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    const std::size_t nodes = frame.axes[axis].nodes_deg.size();
+    count *= static_cast<double>(axis <= kDiagonal || nodes == 1 ? nodes : nodes - 1);
+  }
+  return count;
+}
+
+}  // namespace
+
+PartialSliced::PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> lattice, CellSet cells)
+    : sliced_(std::move(sliced)),
+      cells_(std::move(cells)),
+      evaluator_(sliced_, *lattice),
+      lattice_(std::move(lattice)) {}
+
+bool PartialSliced::covers(const DirectionPair& pair) const { return cells_.contains(cell_of(*lattice_, pair)); }
+
+Status PartialSliced::evaluate(const DirectionPair& pair, std::span<float> values) const {
+  if (!covers(pair)) return usage_error("this pair of directions was not loaded");
+  evaluator_.evaluate(pair, values);
+  return ok_status();
+}
+
+Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
+  Result<ContainerHead> head = read_head(source);
+  if (!head) return head.error();
+  const bool newer_minor = head->minor > kContainerMinor;
+  Result<SlicedIndex> index = parse_index(head->index, newer_minor);
+  if (!index) return index.error();
+  const double values = (least_crossing_count(index->frame) + index->adaptive_count + index->guide_count) *
+                        static_cast<double>(index->channels.size());
+  if (values > kValuesAlwaysAllowed + kMostValuesPerByte * static_cast<double>(source.size())) {
+    return refuse_sliced("SB-2-14", "more values than a file of this size can hold");
+  }
+  Result<Lattice> lattice = build_lattice(index->frame);
+  if (!lattice) {
+    Error error = lattice.error();
+    error.message = "[SB-2-4] " + error.message;
+    return error;
+  }
+  LatticeBlocks blocks = make_blocks(*lattice, index->layout);
+  const ChunkOrder order(blocks, index->layout.piece_depths.size());
+  if (index->chunk_sizes.size() != order.count()) {
+    return refuse_sliced("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
+                                       " chunks, its frame and layout have " + std::to_string(order.count()));
+  }
+  if (index->metadata_size == 0 && index->chunk_sizes[ChunkOrder::kMetadata] != 0) {
+    return refuse_sliced("SB-8-5", "a chunk of metadata, but no metadata");
+  }
+  if (!index->guided && index->chunk_sizes[ChunkOrder::kGuide] != 0) {
+    return refuse_sliced("SB-8-2", "a guide's chunk, but no guide");
+  }
+  std::vector<std::uint64_t> offsets = {head->chunks_offset()};
+  for (const std::uint32_t size : index->chunk_sizes) offsets.push_back(offsets.back() + size);
+  if (offsets.back() != source.size() && !(newer_minor && offsets.back() < source.size())) {
+    return refuse_sliced(
+        "SB-3-2", "the chunks end at byte " + std::to_string(offsets.back()) + " of " + std::to_string(source.size()));
+  }
+  CrossingPlan plan = plan_crossings(*lattice, blocks);
+  return SlicedReader({&source, std::move(index).value(), std::make_shared<const Lattice>(std::move(lattice).value()),
+                       std::move(blocks), std::move(plan), order, std::move(offsets)},
+                      head->version());
+}
+
+Result<std::string> SlicedReader::metadata() const {
+  if (file_.index.metadata_size == 0) return std::string();
+  const Result<std::vector<std::byte>> packed = file_.chunk(ChunkOrder::kMetadata);
+  if (!packed) return packed.error();
+  std::optional<std::string> text = unpack_metadata(*packed, file_.index.metadata_size);
+  if (!text) return refuse_sliced("SB-8-5", "the metadata do not decompress to the size in the index");
+  return *std::move(text);
+}
+
+Result<SlicedBrdf> SlicedReader::load_all(int max_depth) const {
+  Result<SlicedBrdf> sliced = load_samples(file_, max_depth);
+  if (!sliced) return sliced;
+  if (max_depth >= kMaxDepth) {
+    if (sliced->adaptive_count() != file_.index.adaptive_count) {
+      return refuse_sliced("SB-8-3", "there are " + std::to_string(sliced->adaptive_count()) +
+                                         " samples, the index says " + std::to_string(file_.index.adaptive_count));
+    }
+    sliced->whole_ranges.clear();
+    if (value_ranges(*sliced) != file_.index.ranges) {
+      return refuse_sliced("SB-8-6", "the values do not span the ranges in the index");
+    }
+  }
+  Result<std::string> text = metadata();
+  if (!text) return text.error();
+  sliced->metadata = *std::move(text);
+  return sliced;
+}
+
+Result<PartialSliced> SlicedReader::load(const CellSet& cells, int max_depth) const {
+  Result<SlicedBrdf> sliced = load_samples(file_, cells, max_depth);
+  if (!sliced) return sliced.error();
+  return PartialSliced(std::move(sliced).value(), file_.lattice, cells);
+}
+
+std::uint64_t SlicedReader::bytes_up_to(int max_depth) const {
+  std::size_t end = ChunkOrder::crossings(file_.blocks.crossings.size());
+  for (std::size_t piece = 0; piece < file_.index.layout.piece_depths.size(); ++piece) {
+    if (file_.index.layout.piece_depths[piece] > max_depth) break;
+    end = file_.order.slices(piece, 0, 0) + file_.order.per_piece();
+  }
+  return file_.offsets[end];
+}
+
+}  // namespace sbrdf

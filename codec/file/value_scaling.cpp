@@ -1,0 +1,55 @@
+#include "codec/file/value_scaling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/coding/guide_steps.h"
+
+namespace sbrdf {
+namespace {
+
+// Steps and values of one list; false where a value is off by more than `bound`.
+bool apply_scale(const Quantizer& scale, double bound, const std::vector<float>& values,
+                 std::vector<std::int32_t>& steps, std::vector<float>& kept) {
+  steps.resize(values.size());
+  kept.resize(values.size());
+  bool within = true;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    steps[k] = scale.step(values[k]);
+    kept[k] = scale.value(steps[k]);
+    // Written so that an infinity is refused.
+    within = within &&
+             std::abs(static_cast<double>(kept[k]) - values[k]) <= bound * std::abs(static_cast<double>(values[k]));
+  }
+  return within;
+}
+
+}  // namespace
+
+Scaled scale_values(const SlicedBrdf& sliced, double precision) {
+  Scaled scaled;
+  // A bound out of a file may be one that no scale is made for.
+  if (precision >= kFinestBound) {
+    precision = std::min(precision, kCoarsestBound);
+    scaled.scale = Quantizer(precision);
+    scaled.scale.begin_at_smallest({sliced.crossing_values, sliced.sample_values});
+    if (apply_scale(scaled.scale, precision, sliced.crossing_values, scaled.crossing_steps, scaled.crossing_values) &&
+        apply_scale(scaled.scale, precision, sliced.sample_values, scaled.sample_steps, scaled.sample_values)) {
+      return scaled;
+    }
+    scaled.scale = Quantizer();
+  }
+  apply_scale(scaled.scale, 0, sliced.crossing_values, scaled.crossing_steps, scaled.crossing_values);
+  apply_scale(scaled.scale, 0, sliced.sample_values, scaled.sample_steps, scaled.sample_values);
+  return scaled;
+}
+
+void round_to_precision(SlicedBrdf& sliced, double precision) {
+  Scaled scaled = scale_values(sliced, precision);
+  sliced.crossing_values = std::move(scaled.crossing_values);
+  sliced.sample_values = std::move(scaled.sample_values);
+  if (!sliced.guide) return;
+  for (float& v : sliced.guide->values) v = guide_value(scaled.scale, guide_step(scaled.scale, v));
+}
+
+}  // namespace sbrdf

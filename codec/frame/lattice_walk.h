@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "codec/frame/lattice.h"
+
+namespace sbrdf {
+
+/// A point of the padded lattice: the number of its node on each axis.
+using LatticePoint = std::array<std::uint32_t, kAxisCount>;
+
+/// Calls `visit(point)` for every point of the padded lattice, axis 0 fastest; on the axis `left_out` for the first
+/// node only, which visits the lines along it once each (kAxisCount: no axis is left out). Crossings and slices have
+/// their numbers in the order in which these walks meet them first.
+template <class Visit>
+void walk_lattice(const Lattice& lattice, std::size_t left_out, const Visit& visit) {
+  LatticePoint counts{};
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    counts[axis] = axis == left_out ? 1 : static_cast<std::uint32_t>(lattice.nodes[axis].size());
+  }
+  LatticePoint p{};
+  for (p[3] = 0; p[3] < counts[3]; ++p[3])
+    for (p[2] = 0; p[2] < counts[2]; ++p[2])
+      for (p[1] = 0; p[1] < counts[1]; ++p[1])
+        for (p[0] = 0; p[0] < counts[0]; ++p[0]) visit(p);
+}
+
+/// The padded lattice point at which each crossing is met first.
+[[nodiscard]] std::vector<LatticePoint> first_points(const Lattice& lattice);
+
+}  // namespace sbrdf

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "codec/frame/lattice.h"
+
+namespace sbrdf {
+
+/// Solves for the second derivatives of the C2 cubic spline through samples of one slice. Keeps its working memory
+/// between calls. Real is the arithmetic: double for use, long double for judging it.
+template <class Real>
+class SplineSolver {
+ public:
+  /// `positions` rise strictly and do not repeat the first sample of a periodic slice; `length` is the period there.
+  /// `values[k * stride]` belongs to positions[k]; the second derivative [value per position unit squared] goes to
+  /// `second[k * stride]`. Beyond the ends: periodic, or even (zero slope), or, for a bounded slice, a second
+  /// derivative that is constant over the first and the last interval (specs/conventions.md). One sample is a constant;
+  /// two on a bounded slice are a straight line.
+  void solve(Boundary boundary, double length, std::span<const double> positions, const Real* values, Real* second,
+             std::size_t stride);
+
+ private:
+  void solve_cyclic(std::size_t n, Real corner);
+  void solve_tridiagonal(std::size_t n, std::vector<Real>& right);
+
+  std::vector<Real> lower_, diagonal_, upper_, right_, unit_, factor_;
+};
+
+extern template class SplineSolver<double>;
+extern template class SplineSolver<long double>;
+
+/// Linear interpolation that is exact at both ends, and everywhere between equal values.
+template <class Real>
+[[nodiscard]] Real mix(Real t, Real a, Real b) {
+  return t < Real(0.5) ? a + t * (b - a) : b - (Real(1) - t) * (b - a);
+}
+
+/// One segment between neighbouring samples. `t` in [0, 1] is the fraction of the way from the first to the second,
+/// `sixth` is (distance between them)^2 / 6. Exact at the ends, and everywhere when both values are the same and both
+/// second derivatives are zero.
+template <class Real>
+[[nodiscard]] Real evaluate_segment(Real t, Real sixth, Real value0, Real value1, Real second0, Real second1) {
+  const Real s = Real(1) - t;
+  return mix(t, value0, value1) - s * t * sixth * ((Real(1) + s) * second0 + (Real(1) + t) * second1);
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,95 @@
+#include "codec/search/held_back.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace sbrdf {
+namespace {
+
+// Strata by theta_h [degrees] and the share of the pairs drawn in each.
+constexpr std::array<double, 7> kEdges = {0, 1, 2, 4, 8, 16, 91};
+constexpr std::array<double, 6> kShares = {0.12, 0.12, 0.14, 0.16, 0.16, 0.30};
+constexpr std::uint64_t kMaxDraws = 4'000'000;
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+std::size_t stratum_of(const DirectionPair& pair) {
+  const double theta_h = degrees_from_radians(half_difference_from_pair(pair).theta_h);
+  std::size_t stratum = 0;
+  while (stratum + 1 < kShares.size() && theta_h >= kEdges[stratum + 1]) ++stratum;
+  return stratum;
+}
+
+}  // namespace
+
+Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isotropic, std::size_t channel_count,
+                                const Measure& measure) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&](double end) { return end * static_cast<double>(random() >> 11U) * 0x1p-53; };
+  std::array<std::size_t, kShares.size()> wanted{};
+  std::array<std::size_t, kShares.size()> kept{};
+  std::array<std::size_t, kShares.size()> seen{};
+  std::size_t missing = 0;
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    wanted[k] = static_cast<std::size_t>(kShares[k] * static_cast<double>(count));
+    missing += wanted[k];
+  }
+  HeldBack held_back;
+  std::vector<std::size_t> strata;
+  std::uint64_t draws = 0;
+  for (; missing > 0 && draws < kMaxDraws; ++draws) {
+    const double theta_i = uniform(kThetaMaxDeg);
+    const double theta_v = uniform(kThetaMaxDeg);
+    const double phi_i = uniform(360);
+    const DirectionPair pair = {direction_from_degrees(theta_i, phi_i),
+                                direction_from_degrees(theta_v, isotropic ? 0 : uniform(360))};
+    const std::size_t stratum = stratum_of(pair);
+    ++seen[stratum];
+    if (kept[stratum] == wanted[stratum]) continue;
+    ++kept[stratum];
+    --missing;
+    held_back.pairs.push_back(pair);
+    strata.push_back(stratum);
+  }
+  for (const std::size_t stratum : strata) {
+    held_back.weights.push_back(static_cast<double>(seen[stratum]) / static_cast<double>(draws) /
+                                static_cast<double>(kept[stratum]));
+  }
+  held_back.values.resize(held_back.pairs.size() * channel_count);
+  if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
+  return held_back;
+}
+
+bool all_zero(const HeldBack& held_back) {
+  return std::all_of(held_back.values.begin(), held_back.values.end(), [](float f) { return f == 0; });
+}
+
+HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
+  const std::size_t channels = evaluator.channel_count();
+  double total = 0;
+  for (std::size_t k = 0; k < held_back.values.size(); ++k) {
+    total += held_back.weights[k / channels] * std::abs(static_cast<double>(held_back.values[k]));
+  }
+  const double floor = 0.01 * total / static_cast<double>(channels);
+  double difference = 0;
+  double relative = 0;
+  std::vector<float> values(channels);
+  for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
+    evaluator.evaluate(held_back.pairs[k], values);
+    for (std::size_t c = 0; c < channels; ++c) {
+      const double f = held_back.values[k * channels + c];
+      const double distance = std::abs(values[c] - f);
+      const double error = held_back.weights[k] * (std::isnan(distance) ? kInfinite : distance);
+      difference += error;
+      if (error > 0) relative += error / std::max(std::abs(f), floor);
+    }
+  }
+  HeldBackError result;
+  result.mre_percent = 100 * relative / static_cast<double>(channels);
+  result.rel_l1_percent = difference > 0 ? 100 * difference / total : 0;
+  return result;
+}
+
+}  // namespace sbrdf

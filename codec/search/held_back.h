@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "codec/material/evaluator.h"
+#include "codec/sampling/adaptive_sampling.h"
+
+namespace sbrdf {
+
+/// Directions that no sample is placed by, with the source's values: what a structure is judged on. theta of both is
+/// uniform in [0, 80] degrees and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
+/// half vector is close to the normal are drawn more often, and weigh less in return, so that a highlight a degree wide
+/// is looked at densely.
+struct HeldBack {
+  std::vector<DirectionPair> pairs;
+  std::vector<double> weights;  ///< sum to 1
+  std::vector<float> values;    ///< f_r, channel fastest
+};
+
+/// Deterministic for a seed. Isotropic: phi_v = 0.
+[[nodiscard]] Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isotropic,
+                                              std::size_t channel_count, const Measure& measure);
+
+/// Of such values no relative error can be stated.
+[[nodiscard]] bool all_zero(const HeldBack& held_back);
+
+/// Never NaN. Infinite where the result is no number, and where it is not 0 though all held-back values are.
+struct HeldBackError {
+  double mre_percent = 0;     ///< 100 x mean |f - r| / max(|f|, floor), floor = a hundredth of the mean |f|
+  double rel_l1_percent = 0;  ///< 100 x sum |f - r| / sum |f|
+};
+[[nodiscard]] HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back);
+
+}  // namespace sbrdf

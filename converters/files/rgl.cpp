@@ -1,0 +1,179 @@
+#include "converters/files/rgl.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "converters/files/rgl_tables.h"
+#include "formats/core/directions.h"
+#include "formats/rgl/rgl_material.h"
+#include "formats/rgl/tensor_file.h"
+
+namespace sbrdf {
+namespace {
+
+constexpr std::string_view kFourierMagic = "SCATFUN\x01";
+/// How far the first azimuth of a quarter turn may be from -pi [radians].
+constexpr double kQuarterSlack = 1e-3;
+
+bool is_fourier_bsdf(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return text.starts_with(kFourierMagic);
+}
+
+/// An azimuth of incidence brought into the part of the turn that was measured. Azimuths relative to it keep their sign
+/// or, where the pair was mirrored, change it.
+struct FoldedAzimuth {
+  double phi_i = 0;
+  double sign = 1;
+};
+
+/// How much of the turn of phi_i a file covers; the rest follows from the symmetry of the material.
+enum class Coverage : std::uint8_t { kIsotropic, kFullTurn, kHalfTurn, kQuarterTurn };
+
+Result<Coverage> coverage_of(const RglMaterial& material, const TensorFile& tensors) {
+  if (material.isotropic()) return Coverage::kIsotropic;
+  const double first = material.phi_i.front();
+  const double span = material.phi_i.back() - first;
+  const double parts = std::rint(2 * kPi / span);
+  if (parts == 1) return Coverage::kFullTurn;
+  if (parts == 2) return Coverage::kHalfTurn;
+  if (parts == 4 && std::abs(first + kPi) < kQuarterSlack) return Coverage::kQuarterTurn;
+  return Error{ErrorCode::kUnsupported,
+               "field \"phi_i\": from " + std::to_string(first) + " to " + std::to_string(first + span) +
+                   " radians; only a full turn, a half turn, or the quarter from -pi can be read",
+               tensors.find("phi_i")->offset};
+}
+
+FoldedAzimuth fold(Coverage coverage, double first, double phi_i) {
+  switch (coverage) {
+    case Coverage::kIsotropic:
+      return {};
+    case Coverage::kFullTurn:
+      return {first + wrap(phi_i - first, 2 * kPi), 1};
+    case Coverage::kHalfTurn:
+      return {first + wrap(phi_i - first, kPi), 1};
+    case Coverage::kQuarterTurn:
+      break;
+  }
+  // Mirrored at the tangent and at the bitangent, which makes the material symmetric under half a turn as well.
+  const double within_half = wrap(phi_i, kPi);
+  if (within_half < kPi / 2) return {within_half - kPi, 1};
+  return {-within_half, -1};
+}
+
+double unit_from_theta(double theta) { return std::sqrt(std::min(theta * (2 / kPi), 1.0)); }
+
+double unit_from_phi(double phi) {
+  const double turns = phi / (2 * kPi) + 0.5;
+  return turns - std::floor(turns);
+}
+
+/// Elevation of the half vector, and its azimuth from that of the light.
+struct HalfVector {
+  double theta = 0;
+  double phi = 0;
+};
+
+HalfVector half_vector(const DirectionPair& pair) {
+  const double difference = pair.v.phi - pair.i.phi;
+  const double sin_v = std::sin(pair.v.theta);
+  const double x = std::sin(pair.i.theta) + sin_v * std::cos(difference);
+  const double y = sin_v * std::sin(difference);
+  const double z = std::cos(pair.i.theta) + std::cos(pair.v.theta);
+  return {std::atan2(std::sqrt(x * x + y * y), z), std::atan2(y, x)};
+}
+
+float finite_float(double value) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -largest, largest));
+}
+
+class RglSource final : public BrdfSource {
+ public:
+  RglSource(const RglMaterial& material, Coverage coverage)
+      : coverage_(coverage),
+        jacobian_(material.jacobian),
+        phi_i_(material.phi_i),
+        theta_i_(material.theta_i),
+        sigma_(material.sigma_grid, material.sigma),
+        ndf_(material.ndf_grid, material.ndf),
+        vndf_(material.vndf_grid, material.vndf),
+        colours_(material.rgb_grid, material.rgb) {
+    traits_.format = "rgl";
+    traits_.description = material.description.empty() ? "RGL material" : material.description;
+    traits_.channels = {"R", "G", "B"};
+    traits_.isotropic = material.isotropic();
+    add_finding("negative stored rgb values", material.negative_rgb_count, material.rgb.size());
+    add_finding("negative stored ndf values", material.negative_ndf_count, material.ndf.size());
+  }
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
+    assert(values.size() == pairs.size() * kRglChannelCount);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      evaluate_pair(pairs[i], values.subspan(i * kRglChannelCount).first<kRglChannelCount>());
+    }
+  }
+
+ private:
+  void add_finding(std::string what, std::uint64_t count, std::uint64_t total) {
+    if (count > 0) traits_.findings.push_back({std::move(what), count, total});
+  }
+
+  void evaluate_pair(const DirectionPair& pair, std::span<float, kRglChannelCount> values) const {
+    if (!(pair.i.theta <= kPi / 2 && pair.v.theta <= kPi / 2)) {
+      std::ranges::fill(values, 0.0f);
+      return;
+    }
+    const FoldedAzimuth light = fold(coverage_, phi_i_.front(), pair.i.phi);
+    const HalfVector half = half_vector(pair);
+    const RglPoint u_m = {unit_from_theta(half.theta), unit_from_phi(light.phi_i + light.sign * half.phi)};
+    const RglSlices slices = rgl_slices(phi_i_, theta_i_, light.phi_i, pair.i.theta);
+    const auto colour = colours_.at(vndf_.invert(u_m, slices), slices);
+
+    double scale = 1 / std::max(std::cos(pair.v.theta), kRglMinCosine);
+    if (jacobian_) {
+      // Dupuy & Jakob 2018: stored is the weight of a sample, f_r cos(theta_v) over the density ndf(m) / (4 sigma(i)).
+      const RglPoint u_i = {unit_from_theta(pair.i.theta), unit_from_phi(light.phi_i)};
+      scale *= ndf_.at(u_m) / (4 * sigma_.at(u_i));
+    }
+    for (std::size_t c = 0; c < kRglChannelCount; ++c) values[c] = finite_float(colour[c] * scale);
+  }
+
+  Coverage coverage_;
+  bool jacobian_;
+  std::vector<float> phi_i_;
+  std::vector<float> theta_i_;
+  RglTable sigma_;
+  RglTable ndf_;
+  RglWarp vndf_;
+  RglColours colours_;
+  SourceTraits traits_;
+};
+
+}  // namespace
+
+bool recognises_rgl(std::span<const std::byte> bytes) { return is_tensor_file(bytes) || is_fourier_bsdf(bytes); }
+
+Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes) {
+  if (is_fourier_bsdf(bytes)) {
+    return unsupported("a Fourier BSDF (magic SCATFUN), not an RGL tensor file", 0);
+  }
+  const Result<TensorFile> tensors = parse_tensor_file(bytes);
+  if (!tensors) return tensors.error();
+  const Result<RglMaterial> material = parse_rgl_material(*tensors);
+  if (!material) return material.error();
+  const Result<Coverage> coverage = coverage_of(*material, *tensors);
+  if (!coverage) return coverage.error();
+  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage));
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "converters/source/brdf_source.h"
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+// Files of the RGL material database (Dupuy & Jakob, "An Adaptive Parameterization for Efficient Material Acquisition
+// and Rendering", 2018), specs/rgl.md. Nothing is lost in reading: values are evaluated as the database's own loader
+// does, but without clipping colours that lie out of gamut, so they may be negative. Not reciprocal.
+
+/// Smallest cosine that f_r cos(theta_v) is divided by; reached at 89.99994 degrees.
+inline constexpr double kRglMinCosine = 1e-6;
+
+/// Files that load_rgl should be asked about: the bytes begin with the magic of a tensor file, or with that of a
+/// Fourier BSDF, another format that ends in .bsdf and that load_rgl refuses by its name. The first 12 bytes suffice.
+[[nodiscard]] bool recognises_rgl(std::span<const std::byte> bytes);
+
+/// The material as a source with the channels R, G, B; keeps nothing of `bytes`. Findings: stored rgb and ndf values
+/// that are negative, where there are any. Fails as parse_tensor_file and parse_rgl_material do; kUnsupported also for
+/// a Fourier BSDF, and for azimuths of incidence that span neither a full, a half nor a quarter turn.
+///
+/// Values near grazing: the file holds f_r cos(theta_v), which does not vanish at theta_v = pi/2, so f_r has a pole
+/// there. cos(theta_v) is held at kRglMinCosine from below, which keeps f_r finite.
+Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes);
+
+}  // namespace sbrdf

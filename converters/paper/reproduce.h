@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "converters/slicing/slicing.h"
+#include "converters/source/progress.h"
+
+namespace sbrdf {
+
+// The tables of Vávra & Filip, "Adaptive Measurement of Anisotropic Material Appearance", Pacific Graphics 2017,
+// supplemental material, made again with this implementation.
+
+/// One cell of the accuracy tables (Figures 5 to 14).
+struct AccuracyRow {
+  std::string material;
+  std::uint64_t samples = 0;
+  std::string structure;   ///< "14/36", or the frame that a search chose
+  double mre_percent = 0;  ///< over the 2-degree grid, no floor
+  double paper_mre_percent = 0;
+  bool exchanged_in_paper = false;  ///< the document's Figures 7 and 8 carry each other's MRE column; put right here
+};
+
+struct AccuracyOptions {
+  std::vector<std::string> materials;  ///< names as kurt_material() takes them, in any order; empty: all ten
+  std::uint64_t random_count = 0;      ///< 0: all 54,464,400 pairs; else so many random ones of them
+  std::uint64_t seed = 1;
+  bool automatic = false;  ///< let the search choose the structure, instead of Table 3 in the elevation frame
+  SliceOptions slices;     ///< domain, refinement, mirrors and search effort; the rest is set per row
+};
+
+/// The materials x {8,911; 18,721} samples, material by material in the paper's order. Samples are not rounded, as in
+/// the paper. kUsage for a name that is none of the ten.
+[[nodiscard]] Result<std::vector<AccuracyRow>> reproduce_accuracy(const AccuracyOptions& options,
+                                                                  const Progress& progress = {});
+
+/// exp(mean(log(mre / paper's mre))) over the rows of a sample count, of which there is one or more.
+[[nodiscard]] double mean_ratio_to_paper(std::span<const AccuracyRow> rows, std::uint64_t samples);
+
+struct PlacementOptions {
+  std::vector<std::uint64_t> counts;  ///< rising; each at least 55
+  std::uint64_t random_count = 10'000;
+  std::uint64_t seed = 1;
+  SliceOptions slices;  ///< domain and refinement
+};
+
+/// Section 6 at one sample count: placements as indices into table_3_placements().
+struct PlacementRow {
+  std::uint64_t samples = 0;
+  std::size_t best = 0;                          ///< by Equation 1 over all materials
+  std::size_t table_3 = 0;                       ///< what the paper's Table 3 says
+  std::vector<std::size_t> best_without;         ///< Equation 1 with one material left out, per material
+  std::vector<std::vector<double>> mre_percent;  ///< [material][placement]; NaN where the crossings exceed the samples
+};
+
+struct PlacementStudy {
+  std::vector<std::string> materials;
+  std::vector<PlacementRow> rows;
+  /// Table 4: mean over the counts of MRE(placement) / MRE(best placement of that material), per material.
+  std::vector<double> increase;          ///< with the placement of Equation 1
+  std::vector<double> increase_table_3;  ///< with that of the paper's Table 3
+  std::vector<double> paper_increase;    ///< what Table 4 says
+};
+
+[[nodiscard]] Result<PlacementStudy> reproduce_placement(const PlacementOptions& options,
+                                                         const Progress& progress = {});
+
+/// "14/36".
+[[nodiscard]] std::string placement_text(const Placement& placement);
+
+}  // namespace sbrdf

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "codec/file/encoder.h"
+#include "codec/material/evaluator.h"
+#include "codec/material/sliced_brdf.h"
+#include "codec/sampling/adaptive_sampling.h"
+#include "codec/search/held_back.h"
+#include "codec/search/structure_search.h"
+#include "converters/source/brdf_source.h"
+#include "converters/source/progress.h"
+
+namespace sbrdf {
+
+/// The paper's placement of slices in the elevation frame: steps of elevation and azimuth [degrees].
+struct Placement {
+  double elevation_step_deg = 14;
+  double azimuth_step_deg = 36;
+
+  bool operator==(const Placement&) const = default;
+};
+
+/// The paper's Table 3: the placement for a number of samples.
+[[nodiscard]] Placement table_3_placement(std::uint64_t sample_count);
+/// The 17 placements of Table 3, from few crossings to many.
+[[nodiscard]] std::span<const Placement> table_3_placements();
+
+inline constexpr std::uint64_t kDefaultSampleCount = 4096;
+inline constexpr std::size_t kDefaultSearchEvaluations = 200;
+inline constexpr std::uint64_t kMaxSampleCount = 1'000'000;
+
+/// Where slices lie, how they are sampled, and when to stop. What is left open is chosen by the error on held-back
+/// directions.
+struct SliceOptions {
+  std::optional<FrameId> frame;
+  std::optional<DomainKind> domain;
+  /// Fixes the frame to the elevation frame and its symmetries to reciprocity and, for isotropic sources, isotropy, as
+  /// in the paper; nothing is searched, and an open domain is the log domain.
+  std::optional<Placement> placement;
+  Refinement refinement = Refinement::kTrue;
+  std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kMeasured (the paper's), 0.1 for kTrue
+  bool use_mirrors = true;                ///< look for mirror symmetries of the source and use those that hold exactly
+  std::size_t search_evaluations = kDefaultSearchEvaluations;  ///< see SearchOptions::evaluations
+
+  EncodeOptions encoding = {0.001};  ///< errors are measured on what a file of this precision gives back
+  std::string source_sha256;         ///< of the file that the source was read from, for the metadata; may be empty
+  std::string command;               ///< that asked for this, for the metadata; may be empty
+
+  // Stop rules: at most one target.
+  std::uint64_t sample_count = kDefaultSampleCount;  ///< of no meaning where a target or max_bytes is given
+  std::optional<double> target_mre_percent;          ///< the fewest samples that reach this on held-back directions
+  std::optional<double> target_rel_l1_percent;
+  std::optional<std::uint64_t> max_bytes;  ///< the most samples whose file is not larger
+};
+
+/// What slicing changed. Counts are of channel values among the samples taken.
+struct SliceReport {
+  double reciprocity_difference_percent = 0;  ///< of the source before it was symmetrised
+  std::uint64_t values = 0;
+  std::uint64_t zero_values = 0;
+  std::uint64_t negative_values = 0;
+  std::uint64_t wanted_samples = 0;
+  HeldBackError error;  ///< on directions that took no part in any choice
+  std::uint64_t error_directions = 0;
+  bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
+  std::vector<std::string> reasons;    ///< why this structure, where one was searched for
+};
+
+struct Slicing {
+  SlicedBrdf sliced;
+  Lattice lattice;
+  SliceReport report;
+};
+
+/// Samples a source into slices. One that is not reciprocal is replaced by the mean of f(i,v) and f(v,i). `metadata` of
+/// the result records the source, the choices and the report.
+///
+/// kUsage for a placement or a number of samples that cannot be; kInvalidFile where the source gives a NaN, an
+/// infinity, or no positive value at all; kDifference where a target cannot be reached, kUnsupported where no structure
+/// has a finite error; interrupted_error() where `progress` asked to stop.
+[[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
+                                           const Progress& progress = {});
+
+/// A sliced BRDF that can be evaluated.
+class SlicedSource final : public BrdfSource {
+ public:
+  explicit SlicedSource(DecodedSliced decoded);
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+
+  [[nodiscard]] const SlicedBrdf& sliced() const { return decoded_.sliced; }
+  [[nodiscard]] const Lattice& lattice() const { return decoded_.lattice; }
+  /// Of the container that it was read from, such as "1.0"; empty where there was none.
+  [[nodiscard]] const std::string& version() const { return decoded_.version; }
+  /// Bound on the relative error of every sample against what was measured; 0: none, samples are exact.
+  [[nodiscard]] double precision() const { return decoded_.precision; }
+
+ private:
+  DecodedSliced decoded_;
+  SourceTraits traits_;
+  Evaluator evaluator_;
+};
+
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_sliced(std::span<const std::byte> bytes);
+
+}  // namespace sbrdf

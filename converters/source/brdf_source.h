@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/core/directions.h"
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+/// Something the reader saw in a file that its user should know: negative cells, unmeasured cells and the like.
+struct Finding {
+  std::string what;         ///< "cells with a negative channel", in the plural
+  std::uint64_t count = 0;  ///< how many
+  std::uint64_t total = 0;  ///< out of how many
+};
+
+/// What holds for a source as a whole.
+struct SourceTraits {
+  std::string format;                 ///< name of its row in the table of formats, such as "merl"
+  std::string description;            ///< one line for people
+  std::vector<std::string> channels;  ///< names in the order of the values, such as R, G, B
+  bool isotropic = false;             ///< values depend on phi_i - phi_v only
+  bool reciprocal = false;            ///< f(i,v) = f(v,i) by construction
+  std::vector<Finding> findings;
+};
+
+/// Anything that can be evaluated: an analytic model, a dense table, a measured file, a sliced file. The single meeting
+/// point of all conversions: each reader makes one, each writer takes one. Immutable after construction; all members
+/// may be called from several threads at once.
+class BrdfSource {
+ public:
+  BrdfSource() = default;
+  BrdfSource(const BrdfSource&) = delete;
+  BrdfSource& operator=(const BrdfSource&) = delete;
+  virtual ~BrdfSource() = default;
+
+  [[nodiscard]] virtual const SourceTraits& traits() const = 0;
+
+  /// f_r [1/sr], without any cosine. `values` has pairs.size() x channels entries, channel fastest. theta beyond pi/2
+  /// gives 0; values are finite, and may be negative where the source's data are.
+  virtual void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const = 0;
+
+  [[nodiscard]] std::size_t channel_count() const { return traits().channels.size(); }
+};
+
+/// `source.evaluate` over many pairs on all cores: the same values.
+void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values);
+
+}  // namespace sbrdf

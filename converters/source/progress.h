@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <utility>
+
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+/// How long work tells how far it is, and learns that it should stop.
+struct Progress {
+  /// Called with the fraction done, in (0, 1] and growing, at most some hundred times, from any thread but never from
+  /// two at once. Returning false asks to stop: the work then ends soon with interrupted_error(). May be empty.
+  std::function<bool(double fraction)> report;
+};
+
+/// What every function that takes a Progress returns when it was asked to stop.
+[[nodiscard]] inline Error interrupted_error() { return io_error("interrupted"); }
+
+/// Counts the finished parts of some work and reports them rarely. Shared between the threads that do the work.
+class ProgressCounter {
+ public:
+  ProgressCounter(Progress progress, std::uint64_t total) : progress_(std::move(progress)), total_(total) {}
+
+  /// `count` more parts are done; more than `total` in all count as all. False once the work should stop.
+  bool advance(std::uint64_t count = 1) {
+    if (!progress_.report) return true;
+    const std::scoped_lock lock(mutex_);
+    done_ += count;
+    const double fraction = done_ < total_ ? static_cast<double>(done_) / static_cast<double>(total_) : 1.0;
+    if (!stopped_ && (fraction >= reported_ + kStep || (fraction == 1 && reported_ < 1))) {
+      reported_ = fraction;
+      stopped_ = !progress_.report(fraction);
+    }
+    return !stopped_;
+  }
+  /// Some report returned false.
+  [[nodiscard]] bool stopped() const {
+    const std::scoped_lock lock(mutex_);
+    return stopped_;
+  }
+
+ private:
+  static constexpr double kStep = 1.0 / 256;
+
+  Progress progress_;
+  std::uint64_t total_;
+  mutable std::mutex mutex_;
+  std::uint64_t done_ = 0;
+  double reported_ = 0;
+  bool stopped_ = false;
+};
+
+}  // namespace sbrdf

@@ -1,0 +1,63 @@
+#include "converters/source/reciprocity.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace sbrdf {
+namespace {
+
+constexpr std::size_t kBlock = 256;  // pairs that are turned round at a time, on the stack
+
+void evaluate_exchanged(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
+  const std::size_t channels = source.channel_count();
+  std::array<DirectionPair, kBlock> exchanged;
+  for (std::size_t first = 0; first < pairs.size(); first += kBlock) {
+    const std::size_t count = std::min(kBlock, pairs.size() - first);
+    for (std::size_t k = 0; k < count; ++k) exchanged[k] = {pairs[first + k].v, pairs[first + k].i};
+    source.evaluate(std::span(exchanged).first(count), values.subspan(first * channels, count * channels));
+  }
+}
+
+}  // namespace
+
+SymmetrisedSource::SymmetrisedSource(const BrdfSource& source) : source_(source), traits_(source.traits()) {
+  traits_.reciprocal = true;
+}
+
+void SymmetrisedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  source_.evaluate(pairs, values);
+  std::vector<float> exchanged(values.size());
+  evaluate_exchanged(source_, pairs, exchanged);
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = 0.5F * (values[k] + exchanged[k]);
+}
+
+double reciprocity_difference_percent(const BrdfSource& source) {
+  if (source.traits().reciprocal) return 0;
+  constexpr int kThetaStep = 5;
+  constexpr int kPhiStep = 10;
+  std::vector<DirectionPair> pairs;
+  for (int theta_i = 0; theta_i <= 80; theta_i += kThetaStep) {
+    for (int theta_v = 0; theta_v <= theta_i; theta_v += kThetaStep) {
+      for (int phi_i = 0; phi_i < (source.traits().isotropic ? kPhiStep : 360); phi_i += kPhiStep) {
+        for (int phi_v = 0; phi_v < 360; phi_v += kPhiStep) {
+          pairs.push_back({direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, phi_v)});
+        }
+      }
+    }
+  }
+  std::vector<float> there(pairs.size() * source.channel_count());
+  std::vector<float> back(there.size());
+  source.evaluate(pairs, there);
+  evaluate_exchanged(source, pairs, back);
+  double difference = 0;
+  double sum = 0;
+  for (std::size_t k = 0; k < there.size(); ++k) {
+    difference += std::abs(static_cast<double>(there[k]) - back[k]);
+    sum += 0.5 * (std::abs(static_cast<double>(there[k])) + std::abs(static_cast<double>(back[k])));
+  }
+  return sum > 0 ? 100 * difference / sum : 0;
+}
+
+}  // namespace sbrdf

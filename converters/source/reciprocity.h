@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include "converters/source/brdf_source.h"
+
+namespace sbrdf {
+
+/// A source made reciprocal: the mean of f(i,v) and f(v,i). The wrapped source must outlive it.
+class SymmetrisedSource final : public BrdfSource {
+ public:
+  explicit SymmetrisedSource(const BrdfSource& source);
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+
+ private:
+  const BrdfSource& source_;
+  SourceTraits traits_;
+};
+
+/// How far a source is from reciprocal: 100 x sum |f(i,v) - f(v,i)| / sum (|f(i,v)| + |f(v,i)|) / 2 [%], over theta in
+/// 0, 5, ..., 80 degrees and azimuths every 10 degrees. Exactly 0 for a source whose traits say that it is reciprocal.
+[[nodiscard]] double reciprocity_difference_percent(const BrdfSource& source);
+
+}  // namespace sbrdf

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Refuses an include that points upwards, between layers or between the rooms of one, that does not start at the root of
+the tree, or that gives a layer below the tools a way to open files or to print; and a room that has grown too full.
+
+usage: check_layers.py ROOT | --self-test
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+LAYERS = ["formats", "codec", "converters", "tools", "tests"]  # each may include itself and those before it
+# Of each room of a layer: the other rooms of that layer that it may include. A folder that is not listed is an error.
+ROOMS = {
+    "formats": {
+        "core": [],
+        "merl": ["core"],
+        "rgl": ["core"],
+        "sbrdf": ["core"],
+    },
+    "codec": {
+        "frame": [],
+        "material": ["frame"],
+        "sampling": ["frame", "material"],
+        "search": ["frame", "material", "sampling"],
+        "coding": ["frame", "material"],
+        "file": ["frame", "material", "coding"],
+    },
+    "converters": {
+        "source": [],
+        "models": ["source"],
+        "slicing": ["source"],
+        "files": ["source", "models", "slicing"],
+        "judge": ["source", "slicing"],
+        "paper": ["source", "models", "slicing", "judge"],
+        "stress": ["source", "models", "slicing", "files", "judge"],
+        "api": ["source", "models", "slicing", "files", "judge"],
+    },
+    "tools": {
+        "console": [],
+        "io": ["console"],
+        "commands": ["console", "io"],
+    },
+}
+MOST_FILES = 15  # in one folder
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
+LIBRARY_LAYERS = {"formats", "codec", "converters"}
+FILES_AND_PRINTING = {"fcntl.h", "filesystem", "fstream", "iostream", "print", "unistd.h"}
+SUFFIXES = {".h", ".cpp", ".inc"}
+
+
+def room_of(parts):
+    """The room of a path below the root; none for a file that lies in its layer itself."""
+    return parts[1] if len(parts) > 2 else None
+
+
+def check_room(layer, room, target_room):
+    rooms = ROOMS.get(layer)
+    if rooms is None or room is None or room == target_room:
+        return True
+    return room in rooms and target_room in rooms[room]
+
+
+def check_include(root, path, bracket, target):
+    """What is wrong with an include, or none."""
+    layer, *_ = parts = path.relative_to(root).parts
+    first, *_ = target_parts = target.split("/")
+    if first in LAYERS and first not in LAYERS[: LAYERS.index(layer) + 1]:
+        return f"{layer} must not include {target}"
+    if first in LAYERS and bracket == "<":
+        return f'write "{target}" with quotes'
+    if layer in LIBRARY_LAYERS and target in FILES_AND_PRINTING:
+        return f"only tools opens files or prints, so {layer} has no use for {target}"
+    if bracket == '"' and (first not in LAYERS or not (root / target).is_file()):
+        return f'"{target}" is not a file of this tree, seen from its root'
+    if first == layer and not check_room(layer, room_of(parts), room_of(target_parts)):
+        return f"{layer}/{room_of(parts)} must not include {target}"
+    return None
+
+
+def violations(root):
+    found = []
+    for layer in LAYERS:
+        for folder in sorted({path.parent for path in (root / layer).rglob("*") if path.is_file()}):
+            room = room_of((*folder.relative_to(root).parts, "."))
+            if room and layer in ROOMS and room not in ROOMS[layer] and list(folder.glob("*.cpp")):
+                found.append(f"{folder.relative_to(root)}: not a room of {layer}")
+            sources = [path for path in folder.iterdir() if path.suffix in SUFFIXES]
+            if len(sources) > MOST_FILES:
+                found.append(f"{folder.relative_to(root)}: {len(sources)} files; a room holds at most {MOST_FILES}")
+        for path in sorted((root / layer).rglob("*")):
+            # The consumer and the examples are other projects, which know the installed header only.
+            if path.suffix not in SUFFIXES or {root / "tests/consumer", root / "tests/examples"} & set(path.parents):
+                continue
+            text = path.read_text(encoding="utf-8")
+            for match in INCLUDE.finditer(text):
+                wrong = check_include(root, path, *match.groups())
+                if wrong:
+                    line = text.count(chr(10), 0, match.start(2)) + 1
+                    found.append(f"{path.relative_to(root)}:{line}: {wrong}")
+    return found
+
+
+def self_test():
+    cases = [
+        ("formats/core/a.cpp", '#include "codec/frame/b.h"\n', True),
+        ("formats/core/a.cpp", '#include <vector>\n#include "formats/core/a.h"\n', False),
+        ("formats/core/a.cpp", '#include "a.h"\n', True),
+        ("formats/core/a.cpp", '#include "../core/a.h"\n', True),
+        ("formats/core/a.cpp", "#include <formats/core/a.h>\n", True),
+        ("formats/core/a.cpp", "#include <fstream>\n", True),
+        ("formats/core/a.cpp", '#  include "tools/c.h"\n', True),
+        ("formats/core/a.cpp", '// #include "tools/c.h"\n', False),
+        # Between rooms.
+        ("codec/frame/b.cpp", '#include "codec/material/m.h"\n', True),
+        ("codec/material/m.cpp", '#include "codec/frame/b.h"\n', False),
+        ("codec/material/m.cpp", '#include "formats/core/a.h"\n', False),
+        ("codec/search/s.cpp", '#include "codec/material/m.h"\n', False),
+        ("codec/material/m.cpp", '#include "codec/search/s.h"\n', True),
+        ("codec/attic/a.cpp", "\n", True),
+        ("tests/codec/t.cpp", '#include "codec/search/s.h"\n', False),
+        ("tools/main.cpp", '#include "tools/c.h"\n#include "codec/search/s.h"\n', False),
+    ]
+    headers = ["formats/core/a.h", "codec/frame/b.h", "codec/material/m.h", "codec/search/s.h", "tools/c.h"]
+    for name, text, refused in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for path in [name, *headers]:
+                (root / path).parent.mkdir(parents=True, exist_ok=True)
+                (root / path).write_text(text if path == name else "")
+            assert bool(violations(root)) == refused, (name, text, violations(root))
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        (root / "codec/frame").mkdir(parents=True)
+        for number in range(MOST_FILES + 1):
+            assert not violations(root)
+            (root / f"codec/frame/f{number}.h").write_text("")
+        assert violations(root)
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        self_test()
+        return 0
+    if len(sys.argv) != 2:
+        print(__doc__, file=sys.stderr)
+        return 1
+    found = violations(pathlib.Path(sys.argv[1]))
+    print("\n".join(found) or "every include is one that its layer and room may have, and no room is too full")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,317 @@
+#include "converters/judge/compare.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "converters/source/reciprocity.h"
+#include "formats/core/parallel.h"
+#include "tests/support/analytic_brdf.h"
+#include "tests/support/function_source.h"
+
+namespace sbrdf {
+namespace {
+
+double degrees(double radians) { return std::round(radians * 180 / kPi); }
+
+CompareOptions coarse() {
+  CompareOptions options;
+  options.step_deg = 10;
+  return options;
+}
+
+Comparison compare(const BrdfSource& reference, const BrdfSource& test, const CompareOptions& options) {
+  return compare_sources(reference, test, options).value();
+}
+
+TEST(Compare, GivesTheFiguresThatFollowFromTheFormulas) {
+  const FunctionSource reference([](const auto& pair, std::size_t) { return 1 + degrees(pair.i.theta); });
+  const FunctionSource test(
+      [](const auto& pair, std::size_t) { return 1 + degrees(pair.i.theta) + degrees(pair.v.theta); });
+  const Comparison found = compare(reference, test, coarse());
+  // theta is 0, 10, ..., 80: mean 40, mean of squares 100 x 204 / 9; |f - r| = theta_v, f = 1 + theta_i.
+  double inverse = 0;
+  for (int theta = 0; theta <= 80; theta += 10) inverse += 1.0 / (1 + theta) / 9;
+  EXPECT_NEAR(found.mre_percent, 100 * 40 * inverse, 1e-9);
+  EXPECT_NEAR(found.rel_l1_percent, 100 * 40.0 / 41, 1e-9);
+  EXPECT_NEAR(found.rmse, std::sqrt(100 * 204 / 9.0), 1e-9);
+  EXPECT_EQ(found.max_abs, 80);
+  EXPECT_NEAR(found.psnr_db, 20 * std::log10(81 / std::sqrt(100 * 204 / 9.0)), 1e-9);
+  EXPECT_EQ(found.directions, 9ULL * 9 * 36 * 36);
+  EXPECT_EQ(found.grid_directions, found.directions);
+  EXPECT_EQ(found.mre_left_out, 0U);
+}
+
+TEST(Compare, WeighsEveryAzimuthOfBothDirections) {
+  const FunctionSource reference([](const auto&, std::size_t) { return 2.0; });
+  const FunctionSource test([](const auto& pair, std::size_t) {
+    return 2 + (degrees(pair.i.phi) == 30 ? 0.5 : 0) + (degrees(pair.v.phi) == 200 ? 0.25 : 0);
+  });
+  EXPECT_NEAR(compare(reference, test, coarse()).mre_percent, 100 * (0.5 + 0.25) / 36 / 2, 1e-12);
+}
+
+TEST(Compare, WeighsEveryChannel) {
+  const FunctionSource reference([](const auto&, std::size_t c) { return c == 0 ? 1.0 : 4.0; },
+                                 {.channels = {"a", "b"}});
+  const FunctionSource test([](const auto&, std::size_t c) { return c == 0 ? 2.0 : 5.0; }, {.channels = {"a", "b"}});
+  const Comparison found = compare(reference, test, coarse());
+  EXPECT_NEAR(found.mre_percent, 100 * (1 + 0.25) / 2, 1e-12);
+  EXPECT_NEAR(found.rel_l1_percent, 100 * 2.0 / 5, 1e-12);
+}
+
+TEST(Compare, CallsEqualSourcesEqual) {
+  const FunctionSource source([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
+  const Comparison found = compare(source, source, coarse());
+  EXPECT_EQ(found.mre_percent, 0);
+  EXPECT_EQ(found.rel_l1_percent, 0);
+  EXPECT_EQ(found.rmse, 0);
+  EXPECT_EQ(found.max_abs, 0);
+  EXPECT_EQ(found.psnr_db, std::numeric_limits<double>::infinity());
+}
+
+TEST(Compare, HasTheDirectionsOfTheOptions) {
+  const FunctionSource source([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource isotropic([](const auto&, std::size_t) { return 1.0; }, {.isotropic = true});
+  CompareOptions options;
+  EXPECT_EQ(compare(isotropic, isotropic, options).directions, 41ULL * 41 * 180);
+  EXPECT_EQ(compare(isotropic, isotropic, options).grid_directions, 54464400ULL);
+  options.step_deg = 15;
+  options.theta_max_deg = 90;
+  EXPECT_EQ(compare(source, source, options).directions, 7ULL * 7 * 24 * 24);
+  options.step_deg = 90;
+  options.theta_max_deg = 0;
+  EXPECT_EQ(compare(source, source, options).directions, 1ULL * 1 * 4 * 4);
+  options.random_count = 12345;
+  EXPECT_EQ(compare(source, source, options).directions, 12345U);
+}
+
+TEST(Compare, FindsTheSameForIsotropicSourcesAsOnTheFullGrid) {
+  const Symmetries symmetries = {.isotropic = true};
+  const auto f = [&](const DirectionPair& pair, std::size_t c) {
+    return analytic_brdf(pair, symmetries) + static_cast<double>(c);
+  };
+  const auto r = [&](const DirectionPair& pair, std::size_t c) {
+    return f(pair, c) * (1 + 0.1 * std::sin(pair.i.phi - pair.v.phi));
+  };
+  for (const double step : {10.0, 24.0, 50.0}) {
+    CompareOptions options = coarse();
+    options.step_deg = step;
+    const Comparison full = compare(FunctionSource(f), FunctionSource(r), options);
+    const Comparison quick =
+        compare(FunctionSource(f, {.isotropic = true}), FunctionSource(r, {.isotropic = true}), options);
+    EXPECT_NEAR(quick.mre_percent / full.mre_percent, 1, 1e-6) << step;
+    EXPECT_NEAR(quick.rel_l1_percent / full.rel_l1_percent, 1, 1e-6) << step;
+    EXPECT_NEAR(quick.rmse / full.rmse, 1, 1e-6) << step;
+    EXPECT_NEAR(quick.max_abs / full.max_abs, 1, 1e-5) << step;
+    EXPECT_NEAR(quick.psnr_db, full.psnr_db, 1e-5) << step;
+    EXPECT_EQ(quick.grid_directions, full.grid_directions) << step;
+  }
+}
+
+TEST(Compare, TakesTheFullGridWhereOnlyOneSourceIsIsotropic) {
+  const FunctionSource flat([](const auto&, std::size_t) { return 1.0; }, {.isotropic = true});
+  const FunctionSource lined([](const auto& pair, std::size_t) { return degrees(pair.v.phi) == 0 ? 2.0 : 1.0; });
+  EXPECT_NEAR(compare(flat, lined, coarse()).mre_percent, 100 / 36.0, 1e-12);
+}
+
+std::array<double, 5> figures(const Comparison& found) {
+  return {found.mre_percent, found.rel_l1_percent, found.rmse, found.max_abs, found.psnr_db};
+}
+
+TEST(Compare, GivesTheSameBitsOnAnyNumberOfThreads) {
+  const FunctionSource f([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
+  const FunctionSource r([](const auto& pair, std::size_t c) {
+    return analytic_brdf(pair, {.mirror_x = true}) + 0.1 * static_cast<double>(c);
+  });
+  for (const std::uint64_t random_count : {0ULL, 30000ULL}) {
+    CompareOptions options = coarse();
+    options.random_count = random_count;
+    std::vector<std::array<double, 5>> found;
+    for (const std::size_t threads : {1U, 2U, 7U}) {
+      const ThreadLimit control(threads);
+      found.push_back(figures(compare(f, r, options)));
+    }
+    EXPECT_EQ(found[1], found[0]);
+    EXPECT_EQ(found[2], found[0]);
+  }
+}
+
+TEST(Compare, DrawsRandomPairsOfTheGridByTheSeed) {
+  const FunctionSource f([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
+  const FunctionSource r([](const auto& pair, std::size_t) { return analytic_brdf(pair, {.mirror_x = true}); });
+  CompareOptions options = coarse();
+  const Comparison full = compare(f, r, options);
+  options.random_count = 40000;
+  const Comparison once = compare(f, r, options);
+  EXPECT_EQ(figures(compare(f, r, options)), figures(once));
+  EXPECT_NEAR(once.mre_percent / full.mre_percent, 1, 0.03);
+  EXPECT_NEAR(once.rel_l1_percent / full.rel_l1_percent, 1, 0.03);
+  options.seed = 2;
+  EXPECT_NE(figures(compare(f, r, options)), figures(once));
+}
+
+TEST(Compare, DrawsOnlyPairsOfTheGrid) {
+  const FunctionSource one([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource marks_others([](const DirectionPair& pair, std::size_t) {
+    const auto off = [](double radians) { return std::abs(std::remainder(radians * 180 / kPi, 10.0)) > 1e-9; };
+    return off(pair.i.theta) || off(pair.i.phi) || off(pair.v.theta) || off(pair.v.phi) || pair.i.theta > 1.4 ? 2.0
+                                                                                                              : 1.0;
+  });
+  CompareOptions options = coarse();
+  options.random_count = 20000;
+  EXPECT_EQ(compare(one, marks_others, options).max_abs, 0);
+}
+
+TEST(Compare, SymmetrisesTheReferenceOnly) {
+  const FunctionSource one_sided([](const auto& pair, std::size_t) { return 1 + degrees(pair.i.theta); });
+  const FunctionSource mean(
+      [](const auto& pair, std::size_t) { return 1 + (degrees(pair.i.theta) + degrees(pair.v.theta)) / 2; });
+  CompareOptions options = coarse();
+  EXPECT_GT(compare(one_sided, mean, options).mre_percent, 10);
+  options.symmetrise = true;
+  EXPECT_EQ(compare(one_sided, mean, options).mre_percent, 0);
+  EXPECT_GT(compare(mean, one_sided, options).mre_percent, 10);
+}
+
+TEST(Compare, DividesByTheFloorWhereTheReferenceIsBelowIt) {
+  const FunctionSource reference([](const auto& pair, std::size_t) { return pair.i.theta == 0 ? 0.25 : 2.0; });
+  const FunctionSource test([](const auto& pair, std::size_t) { return pair.i.theta == 0 ? 0.75 : 3.0; });
+  CompareOptions options = coarse();
+  EXPECT_NEAR(compare(reference, test, options).mre_percent, 100 * (2.0 / 9 + 0.5 * 8 / 9), 1e-10);
+  options.floor = 1;
+  EXPECT_NEAR(compare(reference, test, options).mre_percent, 100 * (0.5 / 9 + 0.5 * 8 / 9), 1e-10);
+}
+
+TEST(Compare, LeavesZerosOutOfTheRelativeErrorAndCountsThem) {
+  const FunctionSource reference([](const auto& pair, std::size_t) { return pair.i.theta == 0 ? 0.0 : 2.0; });
+  const FunctionSource test([](const auto&, std::size_t) { return 3.0; });
+  CompareOptions options = coarse();
+  const Comparison found = compare(reference, test, options);
+  EXPECT_NEAR(found.mre_percent, 50, 1e-10);
+  EXPECT_EQ(found.mre_left_out, 3ULL * 9 * 36 * 36);
+  EXPECT_NEAR(found.rel_l1_percent, 100 * (3.0 / 9 + 8.0 / 9) / (2 * 8.0 / 9), 1e-10);
+  options.floor = 0.5;
+  const Comparison floored = compare(reference, test, options);
+  EXPECT_EQ(floored.mre_left_out, 0U);
+  EXPECT_NEAR(floored.mre_percent, 100 * (6.0 / 9 + 0.5 * 8 / 9), 1e-10);
+}
+
+TEST(Compare, HasNoRelativeErrorWhereEveryReferenceIsZero) {
+  const FunctionSource black([](const auto&, std::size_t) { return 0.0; });
+  const FunctionSource test([](const auto&, std::size_t) { return 3.0; });
+  const Comparison found = compare(black, test, coarse());
+  EXPECT_TRUE(std::isnan(found.mre_percent));
+  EXPECT_EQ(found.mre_values, 0U);
+  EXPECT_EQ(found.mre_left_out, 3ULL * 9 * 9 * 36 * 36);
+  EXPECT_EQ(compare(black, black, coarse()).rel_l1_percent, 0);
+}
+
+TEST(Compare, TakesTheSizeOfNegativeReferencesAsDenominator) {
+  const FunctionSource reference([](const auto&, std::size_t) { return -2.0; });
+  const FunctionSource test([](const auto&, std::size_t) { return -1.0; });
+  const Comparison found = compare(reference, test, coarse());
+  EXPECT_NEAR(found.mre_percent, 50, 1e-12);
+  EXPECT_NEAR(found.rel_l1_percent, 50, 1e-12);
+}
+
+TEST(Compare, ShowsASingleNanInEveryFigureThatItSpoils) {
+  const FunctionSource good([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource spoilt([](const auto& pair, std::size_t c) {
+    const bool bad = degrees(pair.i.theta) == 50 && degrees(pair.v.theta) == 20 && degrees(pair.i.phi) == 70 &&
+                     degrees(pair.v.phi) == 340 && c == 1;
+    return bad ? std::numeric_limits<double>::quiet_NaN() : 1.25;
+  });
+  for (const auto& [reference, test] : {std::pair(&good, &spoilt), std::pair(&spoilt, &good)}) {
+    const Comparison found = compare(*reference, *test, coarse());
+    EXPECT_TRUE(std::isnan(found.mre_percent));
+    EXPECT_TRUE(std::isnan(found.rel_l1_percent));
+    EXPECT_TRUE(std::isnan(found.rmse));
+    EXPECT_TRUE(std::isnan(found.max_abs));
+    EXPECT_TRUE(std::isnan(found.psnr_db));
+  }
+}
+
+TEST(Compare, RefusesSourcesWithDifferentNumbersOfChannels) {
+  const FunctionSource three([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource one([](const auto&, std::size_t) { return 1.0; }, {.channels = {"Y"}});
+  const auto result = compare_sources(three, one, coarse());
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kUnsupported);
+}
+
+TEST(Compare, RefusesOptionsOutOfRange) {
+  const FunctionSource source([](const auto&, std::size_t) { return 1.0; });
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto expect_refused = [&](const CompareOptions& options) {
+    const auto result = compare_sources(source, source, options);
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+  };
+  for (const double step : {-1.0, 0.0, 0.01, 91.0, nan}) expect_refused({.step_deg = step});
+  for (const double theta_max : {-1.0, 91.0, nan}) expect_refused({.theta_max_deg = theta_max});
+  for (const double floor : {-1.0, nan, std::numeric_limits<double>::infinity()}) expect_refused({.floor = floor});
+}
+
+TEST(Compare, EndsSoonWhenAskedToStop) {
+  const FunctionSource source([](const auto&, std::size_t) { return 1.0; });
+  const auto result = compare_sources(source, source, coarse(), {[](double) { return false; }});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().message, interrupted_error().message);
+}
+
+TEST(SymmetrisedSource, IsTheMeanOfBothOrdersAndReciprocalToTheLastBit) {
+  const FunctionSource source(
+      [](const auto& pair, std::size_t c) { return pair.i.theta + 3 * pair.v.phi + static_cast<double>(c); });
+  const SymmetrisedSource symmetrised(source);
+  EXPECT_TRUE(symmetrised.traits().reciprocal);
+  // More than one of the blocks in which pairs are exchanged.
+  std::vector<DirectionPair> pairs;
+  std::vector<DirectionPair> exchanged;
+  for (int k = 0; k < 700; ++k) {
+    pairs.push_back({{0.001 * k, 0.002 * k}, {0.5, 0.1}});
+    exchanged.push_back({pairs.back().v, pairs.back().i});
+  }
+  std::vector<float> there(2100);
+  std::vector<float> back(2100);
+  symmetrised.evaluate(pairs, there);
+  symmetrised.evaluate(exchanged, back);
+  EXPECT_EQ(there, back);
+  for (std::size_t k = 0; k < 2100; ++k) {
+    const auto& [i, v] = pairs[k / 3];
+    const double expected = (i.theta + v.theta + 3 * (i.phi + v.phi)) / 2 + static_cast<double>(k % 3);
+    EXPECT_NEAR(there[k], expected, 1e-6);
+  }
+}
+
+TEST(ReciprocityResidual, IsTheMeanDifferenceOverTheMeanValue) {
+  const FunctionSource source([](const auto& pair, std::size_t) { return 1 + degrees(pair.i.theta); });
+  // theta_i, theta_v in 0, 5, ..., 80 with theta_v <= theta_i.
+  double difference = 0;
+  double sum = 0;
+  for (int theta_i = 0; theta_i <= 80; theta_i += 5) {
+    for (int theta_v = 0; theta_v <= theta_i; theta_v += 5) {
+      difference += theta_i - theta_v;
+      sum += 1 + (theta_i + theta_v) / 2.0;
+    }
+  }
+  EXPECT_NEAR(reciprocity_difference_percent(source), 100 * difference / sum, 1e-9);
+}
+
+TEST(ReciprocityResidual, IsZeroForReciprocalAndForDarkSources) {
+  EXPECT_EQ(reciprocity_difference_percent(FunctionSource([](const auto&, std::size_t) { return 0.0; })), 0);
+  EXPECT_EQ(reciprocity_difference_percent(
+                FunctionSource([](const auto& pair, std::size_t) { return pair.i.theta; }, {.reciprocal = true})),
+            0);
+  EXPECT_LT(reciprocity_difference_percent(
+                FunctionSource([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); })),
+            1e-5);
+}
+
+}  // namespace
+}  // namespace sbrdf

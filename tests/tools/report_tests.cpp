@@ -1,0 +1,243 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/tools/harness.h"
+
+namespace sbrdf {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Info, TellsThatCrossingsAreAsManyAsTheMethodSays) {
+  struct Placement {
+    const char* text;
+    double elevation_step_deg, azimuth_step_deg;
+    int crossings;
+  };
+  for (const auto& placement : {Placement{"28/180", 28, 180, 55}, {"14/36", 14, 36, 3781}, {"10/36", 10, 36, 6641}}) {
+    const ScratchFolder folder;
+    const std::string out = folder / "out.sbrdf";
+    ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", out, "--placement", placement.text, "--samples",
+                         std::to_string(placement.crossings)})
+                  .exit_code,
+              0);
+    const auto json = run_sbrdf({"info", out, "--json"}).json();
+    EXPECT_EQ(json["samples"]["crossings"], placement.crossings);
+    EXPECT_EQ(json["samples"]["adaptive"], 0);
+    EXPECT_EQ(json["samples"]["total"], placement.crossings);
+    EXPECT_EQ(json["placement"]["elevation_step_deg"], placement.elevation_step_deg);
+    EXPECT_EQ(json["placement"]["azimuth_step_deg"], placement.azimuth_step_deg);
+  }
+}
+
+TEST(Info, DescribesASlicedFile) {
+  const ScratchFolder folder;
+  const std::string file = folder / "any.name";
+  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", folder / "a.sbrdf", "--placement", "14/36", "--samples", "8911"})
+                .exit_code,
+            0);
+  std::filesystem::rename(folder / "a.sbrdf", file);
+  const auto json = run_sbrdf({"info", file, "--json"}).json();
+  EXPECT_EQ(json["format"], "sbrdf");
+  EXPECT_EQ(json["version"], "1.0");
+  EXPECT_EQ(json["frame"], "elevation");
+  EXPECT_EQ(json["domain"], "log");
+  EXPECT_EQ(json["isotropic"], false);
+  EXPECT_EQ(json["channels"], std::vector<std::string>({"R", "G", "B"}));
+  EXPECT_EQ(json["placement"]["elevations_deg"], std::vector<double>({0, 14, 28, 42, 56, 70, 80}));
+  EXPECT_EQ(json["samples"]["total"], 8911);
+  EXPECT_EQ(json["bytes"], std::filesystem::file_size(file));
+  EXPECT_EQ(json["metadata"]["source"]["format"], "kurt");
+}
+
+TEST(Info, DescribesMerlFilesAndModels) {
+  const ScratchFolder folder;
+  write_bytes(folder / "a", small_merl());
+  const auto merl = run_sbrdf({"info", folder / "a", "--json"}).json();
+  EXPECT_EQ(merl["format"], "merl");
+  EXPECT_EQ(merl["isotropic"], true);
+  EXPECT_EQ(merl["shape"], std::vector<int>({2, 2, 2}));
+  EXPECT_EQ(merl["bytes"], 204);
+  const auto model = run_sbrdf({"info", "kurt:wood01", "--json"}).json();
+  EXPECT_EQ(model["format"], "kurt");
+  EXPECT_EQ(model["reciprocal"], true);
+  EXPECT_TRUE(model["bytes"].is_null());
+}
+
+TEST(Info, ReadsTheParametersOfAModelFromAFile) {
+  const ScratchFolder folder;
+  write_bytes(folder / "mine.json", bytes_of(R"({"name": "mine\u001b[31m", "k_d": [0.1, 0.1, 0.1], "lobes": []})"));
+  const ProgramRun refused = run_sbrdf({"info", "kurt:" + (folder / "mine.json")});
+  EXPECT_EQ(refused.err.find('\x1B'), std::string::npos);
+  write_bytes(folder / "mine.json", bytes_of(R"({"name": "mine", "k_d": [0.1, 0.1, 0.1], "lobes":
+      [{"k_s": [1, 1, 1], "f_0": 0.5, "m_x": 0.1, "m_y": 0.2, "alpha": 0.5}]})"));
+  const ProgramRun run = run_sbrdf({"info", "kurt:" + (folder / "mine.json")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("mine"));
+}
+
+TEST(Compare, GivesAllFigures) {
+  const ScratchFolder folder;
+  const std::string test = folder / "test.sbrdf";
+  ASSERT_EQ(run_sbrdf({"convert", "kurt:fabric112", test, "--placement", "14/36", "--samples", "8911", "--refine",
+                       "measured"})
+                .exit_code,
+            0);
+  const ProgramRun run = run_sbrdf({"compare", "kurt:fabric112", test, "--random", "20000", "--seed", "7", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  const auto json = run.json();
+  EXPECT_NEAR(json["mre_percent"], 0.93, 0.1);
+  for (const char* key : {"rel_l1_percent", "rmse", "max_abs", "psnr_db", "seconds"}) EXPECT_GT(json[key], 0) << key;
+  EXPECT_EQ(json["directions"], 20000);
+  EXPECT_EQ(json["floor"], 0);
+  EXPECT_EQ(json["step_deg"], 2);
+  EXPECT_EQ(json["theta_max_deg"], 80);
+  EXPECT_EQ(json["symmetrised"], false);
+  EXPECT_EQ(json["mre_left_out"], 0);
+  const auto again =
+      run_sbrdf({"compare", "kurt:fabric112", test, "--random", "20000", "--seed", "7", "--json"}).json();
+  EXPECT_EQ(again["mre_percent"], json["mre_percent"]);
+}
+
+TEST(Compare, OfASourceWithItselfHasNoFinitePsnr) {
+  const ScratchFolder folder;
+  write_bytes(folder / "a", small_merl());
+  const auto json = run_sbrdf({"compare", folder / "a", folder / "a", "--step", "10", "--json"}).json();
+  EXPECT_EQ(json["mre_percent"], 0);
+  EXPECT_EQ(json["max_abs"], 0);
+  EXPECT_TRUE(json["psnr_db"].is_null());
+  EXPECT_EQ(json["directions"], 9 * 9 * 36);
+  EXPECT_EQ(json["grid_directions"], 9 * 9 * 36 * 36);
+}
+
+TEST(Compare, StatesUnitsAndTheFloor) {
+  const ProgramRun run =
+      run_sbrdf({"compare", "kurt:fabric112", "kurt:fabric002", "--random", "99", "--floor", "0.001", "--symmetrise"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (const char* text : {"floor 0.001 1/sr", " %", " dB", "seed 1", "mean of f(i,v) and f(v,i)"}) {
+    EXPECT_THAT(run.out, HasSubstr(text));
+  }
+}
+
+TEST(Compare, FailsAboveALimit) {
+  const std::vector<std::string> base = {"compare", "kurt:fabric112", "kurt:fabric002", "--random", "500"};
+  const auto with = [&](const std::string& option, const std::string& limit) {
+    std::vector<std::string> arguments = base;
+    arguments.insert(arguments.end(), {option, limit});
+    return run_sbrdf(arguments);
+  };
+  expect_failure(with("--max-mre", "0.5"), 5, "kurt:fabric002", "MRE");
+  expect_failure(with("--max-rel-l1", "0.5"), 5, "kurt:fabric002", "rel L1");
+  EXPECT_EQ(with("--max-mre", "1e9").exit_code, 0);
+  EXPECT_EQ(with("--max-rel-l1", "1e9").exit_code, 0);
+}
+
+TEST(Compare, FailsALimitOnAnMreThatNoValueEntered) {
+  const ScratchFolder folder;
+  const std::string black = "kurt:" + (folder / "black.json");
+  write_bytes(folder / "black.json", bytes_of(R"({"name": "black", "k_d": [0, 0, 0], "lobes": []})"));
+  const std::vector<std::string> base = {"compare", black, "kurt:wood01", "--random", "500"};
+  const auto with = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), base.begin(), base.end());
+    return run_sbrdf(options);
+  };
+  expect_failure(with({"--max-mre", "1e9"}), 5, "kurt:wood01", "f = 0 in all 1,500 values");
+  EXPECT_EQ(with({"--max-mre", "1e9", "--floor", "0.001"}).exit_code, 0);
+  const ProgramRun unlimited = with({});
+  EXPECT_EQ(unlimited.exit_code, 0);
+  EXPECT_THAT(unlimited.out, HasSubstr("MRE          -"));
+  EXPECT_TRUE(with({"--json"}).json()["mre_percent"].is_null());
+}
+
+TEST(Compare, RefusesWrongUsage) {
+  const std::vector<std::vector<std::string>> wrong = {
+      {"--step", "0"},      {"--step", "-2"},      {"--step", "nan"},    {"--theta-max", "91"}, {"--random", "0"},
+      {"--random", "1.5"},  {"--random", "-1"},    {"--seed", "3"},      {"--floor", "-1"},     {"--floor", "inf"},
+      {"--max-mre", "low"}, {"--max-mre", "-0.1"}, {"--random", "1e12"}, {"one more"},
+  };
+  for (const auto& options : wrong) {
+    std::vector<std::string> arguments = {"compare", "kurt:wood01", "kurt:wood01"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const ProgramRun run = run_sbrdf(arguments);
+    EXPECT_EQ(run.exit_code, 1) << testing::PrintToString(options) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+}
+
+TEST(Compare, StopsWhenInterrupted) {
+  RunningSbrdf program({"compare", "kurt:fabric112", "kurt:fabric135"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  program.signal(SIGINT);
+  EXPECT_EQ(program.read_line(), "sbrdf: interrupted");
+  EXPECT_EQ(program.wait(), 130);
+}
+
+TEST(Compare, ShowsProgressOnATerminalAndWipesItOff) {
+  RunningSbrdf program({"compare", "kurt:fabric112", "kurt:fabric135"}, Output::kTerminal);
+  EXPECT_THAT(program.read_up_to('%'), testing::MatchesRegex("\r.*comparing \\[=* *\\] +[0-9]+ "));
+  program.signal(SIGINT);
+  EXPECT_THAT(program.read_line(), testing::EndsWith("\r\x1B[Ksbrdf: interrupted\r"));
+  EXPECT_EQ(program.wait(), 130);
+}
+
+TEST(Formats, AreAllListed) {
+  const auto json = run_sbrdf({"formats", "--json"}).json();
+  ASSERT_EQ(json["formats"].size(), 3);
+  EXPECT_EQ(json["formats"][2]["name"], "rgl");
+  EXPECT_EQ(json["formats"][2]["read"], true);
+  EXPECT_EQ(json["formats"][2]["write"], false);
+  EXPECT_EQ(json["models"][0]["materials"].size(), 10);
+  const std::string text = run_sbrdf({"formats"}).out;
+  for (const char* word : {".sbrdf", ".binary", ".bsdf", "kurt:", "fabric112"}) EXPECT_THAT(text, HasSubstr(word));
+}
+
+TEST(Program, HelpsWithAnExampleForEveryCommand) {
+  for (const char* command : {"convert", "info", "compare", "eval", "formats"}) {
+    const ProgramRun run = run_sbrdf({command, "--help"});
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_EQ(run.err, "");
+    const auto example = run.out.find("Example");
+    ASSERT_NE(example, std::string::npos) << run.out;
+    EXPECT_THAT(run.out.substr(example), HasSubstr(std::string("sbrdf ") + command));
+    EXPECT_THAT(run.out, HasSubstr("--json"));
+    EXPECT_THAT(run_sbrdf({"--help"}).out, HasSubstr(command));
+  }
+}
+
+TEST(Program, TellsItsVersion) {
+  EXPECT_THAT(run_sbrdf({"--version"}).out, testing::MatchesRegex("sbrdf [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
+TEST(Program, RefusesWrongUsageInOneLine) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{}, {"frobnicate"}, {"--frobnicate"}, {"info"}, {"convert", "kurt:wood01"}}) {
+    const ProgramRun run = run_sbrdf(arguments);
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_EQ(run.out, "");
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_THAT(run.err, testing::StartsWith("sbrdf: "));
+  }
+  EXPECT_THAT(run_sbrdf({"frobnicate"}).err, HasSubstr("'frobnicate'"));
+}
+
+TEST(Program, FailsWhereItsOutputIsLost) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no device that is always full here";
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"formats"}, {"formats", "--json"}, {"info", "kurt:wood01"}, {"--help"}}) {
+    const ProgramRun run = run_sbrdf(arguments, {.output_to_full_device = true});
+    expect_failure(run, 2, "standard output", "No space left on device");
+  }
+  const ProgramRun run = run_sbrdf({"eval", "kurt:wood01"},
+                                   {.input = "theta_i,phi_i,theta_v,phi_v\n1,2,3,4\n", .output_to_full_device = true});
+  expect_failure(run, 2, "standard output", "No space left on device");
+}
+
+}  // namespace
+}  // namespace sbrdf

@@ -1,0 +1,182 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/commands/commands.h"
+#include "tools/console/options.h"
+#include "tools/console/terminal.h"
+#include "tools/io/direction_rows.h"
+#include "tools/io/line_reader.h"
+#include "tools/io/sources.h"
+
+namespace sbrdf {
+namespace {
+
+struct EvalOptions {
+  std::string file;
+  bool cosine = false;
+  bool json = false;
+};
+
+const char* const kInputName = "standard input";
+
+/// From standard input to standard output, a block of lines at a time.
+class Evaluation {
+ public:
+  Evaluation(const BrdfSource& source, const EvalOptions& options) : source_(source), options_(options) {}
+
+  Status run() {
+    while (true) {
+      const Result<std::vector<std::string_view>> lines = reader_.next();
+      if (!lines) return at_line(lines.error(), line_number_ + 1);
+      if (lines->empty()) break;
+      // Rows before a bad one are answered.
+      Status parsed = parse(*lines);
+      write_rows();
+      if (!parsed) return parsed;
+      if (!flush_output()) return ok_status();
+    }
+    if (!header_) return invalid_file("empty: a header theta_i,phi_i,theta_v,phi_v is needed");
+    if (options_.json) print(row_written_ ? "\n]\n" : "[]\n");
+    return ok_status();
+  }
+
+ private:
+  static Error at_line(const Error& error, std::uint64_t line) {
+    if (error.code != ErrorCode::kInvalidFile) return error;
+    return {error.code, fmt::format("line {}: {}", line, error.message), {}};
+  }
+
+  Status parse(const std::vector<std::string_view>& lines) {
+    rows_.clear();
+    for (const std::string_view line : lines) {
+      ++line_number_;
+      if (!header_) {
+        if (Status begun = begin(line); !begun) return at_line(begun.error(), line_number_);
+        continue;
+      }
+      const bool blank = line.find_first_not_of(" \t\r\n") == std::string_view::npos;
+      if (blank) {
+        if (!blank_line_) blank_line_ = line_number_;
+        continue;
+      }
+      if (blank_line_) return at_line(invalid_file("empty, but rows follow"), *blank_line_);
+      Result<DirectionRow> row = parse_direction_row(line, header_->names.size());
+      if (!row) return at_line(row.error(), line_number_);
+      rows_.push_back(*std::move(row));
+    }
+    return ok_status();
+  }
+
+  Status begin(std::string_view line) {
+    Result<DirectionHeader> header = parse_direction_header(line);
+    if (!header) return header.error();
+    const std::vector<std::string>& channels = source_.traits().channels;
+    if (options_.json) {
+      for (const std::string& name : header->names) {
+        if (std::find(channels.begin(), channels.end(), name) == channels.end()) continue;
+        return invalid_file("the column " + name + " has the name of a channel");
+      }
+    } else {
+      std::string text = header->text;
+      for (const std::string& channel : channels) text += "," + csv_field(channel);
+      print(text + "\n");
+    }
+    header_ = *std::move(header);
+    return ok_status();
+  }
+
+  void write_rows() {
+    const std::vector<double> values = evaluate();
+    const std::size_t channels = source_.channel_count();
+    std::string text;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      const std::span<const double> of_row(values.data() + k * channels, channels);
+      if (options_.json) {
+        append_json(rows_[k], of_row, text);
+      } else {
+        text += rows_[k].text;
+        for (const double value : of_row) fmt::format_to(std::back_inserter(text), ",{:.9g}", value);
+        text += '\n';
+      }
+    }
+    print(text);
+  }
+
+  [[nodiscard]] std::vector<double> evaluate() const {
+    const std::size_t channels = source_.channel_count();
+    std::vector<DirectionPair> pairs;
+    for (const DirectionRow& row : rows_) pairs.push_back(row.pair);
+    std::vector<float> f_r(pairs.size() * channels);
+    evaluate_in_parallel(source_, pairs, f_r);
+    std::vector<double> values(f_r.begin(), f_r.end());
+    if (!options_.cosine) return values;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      // The sine of what is left to 90 degrees: exactly 0 there, and accurate close to it.
+      values[k] *= std::sin(radians_from_degrees(90 - rows_[k / channels].theta_v_deg));
+    }
+    return values;
+  }
+
+  void append_json(const DirectionRow& row, std::span<const double> values, std::string& text) {
+    nlohmann::ordered_json object = nlohmann::ordered_json::object();
+    const std::vector<std::string_view> fields = split_fields(row.text);
+    for (std::size_t k = 0; k < fields.size(); ++k) {
+      const std::optional<double> number = parse_number(fields[k]);
+      if (number) {
+        object[header_->names[k]] = *number;
+      } else {
+        object[header_->names[k]] = fields[k];
+      }
+    }
+    for (std::size_t c = 0; c < values.size(); ++c) object[source_.traits().channels[c]] = values[c];
+    text += std::exchange(row_written_, true) ? ",\n " : "[\n ";
+    text += object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  }
+
+  const BrdfSource& source_;
+  const EvalOptions& options_;
+  LineReader reader_;
+  std::optional<DirectionHeader> header_;
+  std::uint64_t line_number_ = 0;
+  std::optional<std::uint64_t> blank_line_;
+  std::vector<DirectionRow> rows_;
+  bool row_written_ = false;
+};
+
+int run_eval(const EvalOptions& options) {
+  const Result<OpenedSource> opened = open_source(options.file);
+  if (!opened) return report_error(options.file, opened.error());
+  const Status done = Evaluation(*opened->source, options).run();
+  return done ? 0 : report_error(kInputName, done.error());
+}
+
+}  // namespace
+
+void add_eval(CLI::App& program, int& exit_code) {
+  auto* command = program.add_subcommand("eval", "Evaluates f_r for the pairs of directions on standard input.");
+  const auto options = std::make_shared<EvalOptions>();
+  command->add_option("FILE", options->file, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
+  command->add_flag("--cosine", options->cosine, "Multiply by cos theta_v");
+  command->add_flag("--json", options->json, "Print an array of objects");
+  command->footer(
+      "Standard input is CSV with a header that begins with theta_i,phi_i,theta_v,phi_v, in degrees from the normal "
+      "and\n"
+      "from the tangent: i towards the light, v towards the viewer. Standard output has the same rows with one column "
+      "per\n"
+      "channel appended, f_r in 1/sr. Further columns of the input are kept.\n\n"
+      "Example:\n"
+      "  printf 'theta_i,phi_i,theta_v,phi_v\\n30,0,45,180\\n' | sbrdf eval material.sbrdf");
+  command->callback([options, &exit_code] { exit_code = run_eval(*options); });
+}
+
+}  // namespace sbrdf

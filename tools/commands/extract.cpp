@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codec/file/reader.h"
+#include "codec/material/cut.h"
+#include "converters/files/format_table.h"
+#include "converters/judge/compare.h"
+#include "converters/slicing/metadata_json.h"
+#include "converters/slicing/slicing.h"
+#include "tools/commands/commands.h"
+#include "tools/console/options.h"
+#include "tools/console/terminal.h"
+#include "tools/io/files.h"
+
+namespace sbrdf {
+namespace {
+
+struct ExtractOptions {
+  std::string in;
+  std::string out;
+  double theta_max_deg = 90;
+  std::uint64_t level = kMaxDepth;
+  bool json = false;
+};
+
+struct Extraction {
+  std::uint64_t bytes_in = 0;
+  std::uint64_t bytes_read = 0;
+  std::size_t samples_in = 0;
+  std::size_t samples_out = 0;
+  std::vector<std::byte> bytes;  ///< of the file to write
+  Comparison difference;         ///< from the whole, over random directions below the new theta_max
+};
+
+// Errors in the metadata belong to the whole file.
+std::string metadata_of_cut(const std::string& text, const ExtractOptions& options, const Comparison& difference) {
+  nlohmann::ordered_json json = parse_metadata(text);
+  if (!json.is_object()) json = nlohmann::ordered_json::object();
+  if (json.contains("error")) {
+    json["error_of_whole"] = json["error"];
+    json.erase("error");
+  }
+  double theta_max_deg = options.theta_max_deg;
+  std::uint64_t max_depth = options.level;
+  if (json.contains("extracted")) {  // from a part
+    json["extracted_before"].push_back(json["extracted"]);
+    const nlohmann::ordered_json& before = json["extracted_before"].back();
+    if (before.is_object()) {
+      theta_max_deg = std::min(theta_max_deg, before.value("theta_max_deg", theta_max_deg));
+      max_depth = std::min(max_depth, before.value("max_level", max_depth));
+    }
+  }
+  json["extracted"] = {{"theta_max_deg", theta_max_deg},
+                       {"max_level", max_depth},
+                       {"difference_from_whole_percent", difference.rel_l1_percent}};
+  return emit_metadata(json);
+}
+
+Result<Comparison> difference_from_whole(const DecodedSliced& whole, const SlicedBrdf& cut, double theta_max_deg) {
+  CompareOptions options;
+  options.theta_max_deg = theta_max_deg;
+  options.step_deg = std::max(0.1, theta_max_deg / 40);
+  options.random_count = 20'000;
+  const SlicedSource reference(whole);
+  const SlicedSource test({cut, build_lattice(cut.frame).value()});
+  return compare_sources(reference, test, options);
+}
+
+Result<Extraction> extract(const ExtractOptions& options) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(options.in);
+  if (!file) return file.error();
+  Extraction done;
+  done.bytes_in = (*file)->size();
+  const CallbackSource counted(done.bytes_in, [&](std::uint64_t offset, std::span<std::byte> target) {
+    done.bytes_read += target.size();
+    return (*file)->read(offset, target);
+  });
+  const Result<SlicedReader> reader = SlicedReader::open(counted);
+  if (!reader) return reader.error();
+  const DirectionBox box = {.theta_to = options.theta_max_deg};
+  const Result<PartialSliced> part =
+      reader->load(cells_in(reader->lattice(), box, box), static_cast<int>(options.level));
+  if (!part) return part.error();
+  Result<std::string> metadata = reader->metadata();
+  if (!metadata) return metadata.error();
+  const std::uint64_t needed = done.bytes_read;
+  Result<SlicedBrdf> cut =
+      cut_sliced(part->sliced(), reader->lattice(), {options.theta_max_deg, static_cast<int>(options.level)});
+  if (!cut) return cut.error();
+  Result<SlicedBrdf> whole = reader->load_all();
+  if (!whole) return whole.error();
+  const double theta_max = std::min(options.theta_max_deg, cut->frame.axes[kVertical].nodes_deg.back());
+  const Result<Comparison> difference =
+      difference_from_whole({*std::move(whole), reader->lattice()}, *cut, std::min(theta_max, kThetaMaxDeg));
+  if (!difference) return difference.error();
+  done.difference = *difference;
+  done.bytes_read = needed;
+  cut->metadata = metadata_of_cut(*metadata, options, *difference);
+  done.samples_in = reader->lattice().crossings.size() + reader->index().adaptive_count + reader->index().guide_count;
+  done.samples_out = cut->sample_count();
+  std::vector<std::byte> bytes =
+      encode_sliced(*cut, build_lattice(cut->frame).value(), {reader->index().scale.bound()});
+  done.bytes = std::move(bytes);
+  return done;
+}
+
+int run_extract(const ExtractOptions& options) {
+  const Result<const Format*> writer = find_writer(std::filesystem::path(options.out).extension().string());
+  if (!writer || (*writer)->name != "sbrdf") {
+    return report_error(options.out, usage_error("a part is a sliced file: the name must end with .sbrdf"));
+  }
+  if (Status free = check_destination(options.out); !free) return report_error(options.out, free.error());
+  const Result<Extraction> done = extract(options);
+  if (!done) return report_error(options.in, done.error());
+  if (Status written = write_file_atomically(options.out, done->bytes); !written) {
+    return report_error(options.out, written.error());
+  }
+  if (options.json) {
+    print_json({{"in", options.in},
+                {"bytes_in", done->bytes_in},
+                {"bytes_read", done->bytes_read},
+                {"samples_in", done->samples_in},
+                {"out", options.out},
+                {"bytes_out", done->bytes.size()},
+                {"samples_out", done->samples_out},
+                {"difference_mre_percent", done->difference.mre_percent},
+                {"difference_rel_l1_percent", done->difference.rel_l1_percent}});
+    return 0;
+  }
+  Table table;
+  table.add({"read", options.in + ": " + format_count(done->samples_in) + " samples, " + format_count(done->bytes_in) +
+                         " bytes, of which the part needed " + format_count(done->bytes_read)});
+  table.add({"wrote", options.out + ": " + format_count(done->samples_out) + " samples, " +
+                          format_count(done->bytes.size()) + " bytes"});
+  table.add({"", "difference from the whole in the directions that are left: relative L1 " +
+                     format_number(done->difference.rel_l1_percent) + " %, MRE " +
+                     format_number(done->difference.mre_percent) + " %, over 20,000 random directions"});
+  table.print();
+  return 0;
+}
+
+}  // namespace
+
+void add_extract(CLI::App& program, int& exit_code) {
+  auto* command = program.add_subcommand("extract", "Writes a smaller sliced file: fewer directions, coarser levels.");
+  const auto options = std::make_shared<ExtractOptions>();
+  command->add_option("IN", options->in, "A sliced file")->required();
+  command->add_option("OUT", options->out, "The sliced file to write")->required();
+  add_number(*command, "--theta-max", options->theta_max_deg, {1, 90}, "DEG",
+             "Both directions below this, in degrees; the file goes on to the next node");
+  add_count(*command, "--level", options->level, {0, kMaxDepth},
+            "Samples up to this level of refinement: 0 crossings only, 1 the middles between them, ...");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "The precision stays that of IN. Values differ a little from IN's, most near the largest theta, because slices "
+      "end there: the report says how much.\n\nExample:\n  sbrdf extract material.sbrdf part.sbrdf --theta-max 60 "
+      "--level 3");
+  command->callback([options, &exit_code] { exit_code = run_extract(*options); });
+}
+
+}  // namespace sbrdf

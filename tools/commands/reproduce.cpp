@@ -1,0 +1,266 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "converters/paper/reproduce.h"
+#include "tools/commands/commands.h"
+#include "tools/console/options.h"
+#include "tools/console/progress_bar.h"
+#include "tools/console/terminal.h"
+#include "tools/io/files.h"
+
+namespace sbrdf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct ReproduceOptions {
+  AccuracyOptions accuracy;
+  PlacementOptions placement;
+  std::string domain = "linear";
+  std::string refine = "measured";
+  std::string counts;
+  std::string csv;
+  bool json = false;
+};
+
+SliceOptions chosen_slices(const ReproduceOptions& options) {
+  SliceOptions slices = options.accuracy.slices;
+  if (options.accuracy.automatic) return slices;
+  slices.domain = options.domain == "log" ? DomainKind::kLog : DomainKind::kLinear;
+  slices.refinement = options.refine == "true" ? Refinement::kTrue : Refinement::kMeasured;
+  return slices;
+}
+
+int write_csv(const ReproduceOptions& options, const std::string& text) {
+  if (options.csv.empty()) return 0;
+  const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+  if (Status written = write_file_atomically(options.csv, bytes); !written) {
+    return report_error(options.csv, written.error());
+  }
+  return 0;
+}
+
+std::string accuracy_csv(const std::vector<AccuracyRow>& rows) {
+  std::string text = "material,samples,structure,mre_percent,paper_mre_percent,ratio,exchanged_in_paper\n";
+  for (const AccuracyRow& row : rows) {
+    text += fmt::format("{},{},\"{}\",{:.6g},{},{:.6g},{}\n", row.material, row.samples, row.structure, row.mre_percent,
+                        row.paper_mre_percent, row.mre_percent / row.paper_mre_percent, row.exchanged_in_paper ? 1 : 0);
+  }
+  return text;
+}
+
+Json accuracy_json(const std::vector<AccuracyRow>& rows) {
+  Json json = {{"rows", Json::array()}};
+  for (const AccuracyRow& row : rows) {
+    json["rows"].push_back({{"material", row.material},
+                            {"samples", row.samples},
+                            {"structure", row.structure},
+                            {"mre_percent", row.mre_percent},
+                            {"paper_mre_percent", row.paper_mre_percent},
+                            {"ratio", row.mre_percent / row.paper_mre_percent},
+                            {"exchanged_in_paper", row.exchanged_in_paper}});
+  }
+  for (const std::uint64_t samples : {8911, 18721}) {
+    json["geometric_mean_ratio"][std::to_string(samples)] = mean_ratio_to_paper(rows, samples);
+  }
+  return json;
+}
+
+void print_accuracy(const std::vector<AccuracyRow>& rows) {
+  Table table;
+  table.add({"material", "samples", "structure", "MRE [%]", "paper [%]", "ratio"});
+  for (const AccuracyRow& row : rows) {
+    table.add({row.material + (row.exchanged_in_paper ? " *" : ""), format_count(row.samples), row.structure,
+               fmt::format("{:.3f}", row.mre_percent), fmt::format("{:.1f}", row.paper_mre_percent),
+               fmt::format("{:.3f}", row.mre_percent / row.paper_mre_percent)});
+  }
+  table.print();
+  for (const std::uint64_t samples : {8911, 18721}) {
+    print(fmt::format("geometric mean of the ratios at {} samples: {:.3f}\n", format_count(samples),
+                      mean_ratio_to_paper(rows, samples)));
+  }
+  print("* the document's figures of Yellow satin and Red velvet carry each other's MRE; put right here.\n");
+}
+
+int run_accuracy(ReproduceOptions options) {
+  options.accuracy.slices = chosen_slices(options);
+  const Result<std::vector<AccuracyRow>> rows = [&] {
+    ProgressBar bar("materials");
+    return reproduce_accuracy(options.accuracy, bar.progress());
+  }();
+  if (!rows) return report_error("", rows.error());
+  if (options.json) {
+    print_json(accuracy_json(*rows));
+  } else {
+    print_accuracy(*rows);
+  }
+  return write_csv(options, accuracy_csv(*rows));
+}
+
+std::string placement_name(std::size_t index) { return placement_text(table_3_placements()[index]); }
+
+std::string placement_csv(const PlacementStudy& study) {
+  std::string text = "samples,material,placement,mre_percent\n";
+  for (const PlacementRow& row : study.rows) {
+    for (std::size_t m = 0; m < study.materials.size(); ++m) {
+      for (std::size_t p = 0; p < row.mre_percent[m].size(); ++p) {
+        if (std::isnan(row.mre_percent[m][p])) continue;
+        text +=
+            fmt::format("{},{},{},{:.6g}\n", row.samples, study.materials[m], placement_name(p), row.mre_percent[m][p]);
+      }
+    }
+  }
+  return text;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+Json placement_json(const PlacementStudy& study) {
+  Json json = {{"rows", Json::array()}, {"increase", Json::array()}};
+  for (const PlacementRow& row : study.rows) {
+    Json without = Json::object();
+    for (std::size_t m = 0; m < study.materials.size(); ++m)
+      without[study.materials[m]] = placement_name(row.best_without[m]);
+    json["rows"].push_back({{"samples", row.samples},
+                            {"best", placement_name(row.best)},
+                            {"table_3", placement_name(row.table_3)},
+                            {"best_without", without}});
+  }
+  for (std::size_t m = 0; m < study.materials.size(); ++m) {
+    json["increase"].push_back({{"material", study.materials[m]},
+                                {"equation_1", study.increase[m]},
+                                {"table_3", study.increase_table_3[m]},
+                                {"paper", study.paper_increase[m]}});
+  }
+  json["mean_increase"] = {
+      {"equation_1", mean(study.increase)}, {"table_3", mean(study.increase_table_3)}, {"paper", 1.20}};
+  return json;
+}
+
+void print_placement(const PlacementStudy& study) {
+  Table best;
+  best.add({"samples", "Equation 1", "Table 3", "changes when left out"});
+  for (const PlacementRow& row : study.rows) {
+    std::string changes;
+    for (std::size_t m = 0; m < study.materials.size(); ++m) {
+      if (row.best_without[m] == row.best) continue;
+      changes += (changes.empty() ? "" : ", ") + study.materials[m] + ": " + placement_name(row.best_without[m]);
+    }
+    best.add({format_count(row.samples), placement_name(row.best), placement_name(row.table_3),
+              changes.empty() ? "-" : changes});
+  }
+  best.print();
+  print("\nIncrease of the MRE over the best placement of each material, mean over the counts (Table 4):\n");
+  Table increase;
+  increase.add({"material", "Equation 1", "Table 3", "paper"});
+  for (std::size_t m = 0; m < study.materials.size(); ++m) {
+    increase.add({study.materials[m], fmt::format("{:.2f} x", study.increase[m]),
+                  fmt::format("{:.2f} x", study.increase_table_3[m]),
+                  fmt::format("{:.2f} x", study.paper_increase[m])});
+  }
+  increase.add({"mean", fmt::format("{:.2f} x", mean(study.increase)),
+                fmt::format("{:.2f} x", mean(study.increase_table_3)), "1.20 x"});
+  increase.print();
+}
+
+// From the crossings of the sparsest placement to the densest uniform scheme of the paper.
+std::vector<std::uint64_t> default_counts() {
+  std::vector<std::uint64_t> counts;
+  constexpr int kSteps = 20;
+  for (int k = 0; k <= kSteps; ++k) {
+    counts.push_back(
+        static_cast<std::uint64_t>(std::llround(60 * std::pow(354061.0 / 60, static_cast<double>(k) / kSteps))));
+  }
+  return counts;
+}
+
+std::vector<std::uint64_t> parse_counts(const std::string& text) {
+  std::vector<std::uint64_t> counts;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t comma = std::min(text.find(',', begin), text.size());
+    const auto count = parse_count(text.substr(begin, comma - begin));
+    if (!count || *count < 55 || *count > kMaxSampleCount || (!counts.empty() && *count <= counts.back())) {
+      throw CLI::ValidationError("--counts",
+                                 "'" + text + "' is not a rising list of counts from 55 to 1,000,000 such as 500,5000");
+    }
+    counts.push_back(*count);
+    begin = comma + 1;
+  }
+  return counts;
+}
+
+int run_placement(ReproduceOptions options) {
+  options.placement.slices = chosen_slices(options);
+  options.placement.counts = options.counts.empty() ? default_counts() : parse_counts(options.counts);
+  const Result<PlacementStudy> study = [&] {
+    ProgressBar bar("placements");
+    return reproduce_placement(options.placement, bar.progress());
+  }();
+  if (!study) return report_error("", study.error());
+  if (options.json) {
+    print_json(placement_json(*study));
+  } else {
+    print_placement(*study);
+  }
+  return write_csv(options, placement_csv(*study));
+}
+
+void add_common(CLI::App& command, ReproduceOptions& options) {
+  command.add_option("--domain", options.domain, "Interpolate the values, as the paper does, or their logarithms")
+      ->check(CLI::IsMember({"linear", "log"}))
+      ->capture_default_str();
+  command.add_option("--refine", options.refine, "Place samples as the paper does, or by the true error")
+      ->check(CLI::IsMember({"measured", "true"}))
+      ->capture_default_str();
+  command.add_option("--csv", options.csv, "Also write the figures to this file")->type_name("FILE");
+  command.add_flag("--json", options.json, "Print JSON");
+}
+
+void add_accuracy(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>& options, int& exit_code) {
+  auto* command = reproduce.add_subcommand("accuracy", "The MRE of ten materials at 8,911 and 18,721 samples.");
+  add_common(*command, *options);
+  command->add_option("--material", options->accuracy.materials, "Only this material of the ten; may be repeated")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  add_count(*command, "--random", options->accuracy.random_count, {1, 1'000'000'000},
+            "So many random pairs of the 2-degree grid instead of all 54,464,400");
+  add_count(*command, "--seed", options->accuracy.seed, {}, "Of the random pairs");
+  command->add_flag("--auto", options->accuracy.automatic,
+                    "Frame, domain, nodes and guide by search, samples by true error");
+  command->footer("Example:\n  sbrdf reproduce accuracy --random 100000 --csv accuracy.csv");
+  command->callback([options, &exit_code] { exit_code = run_accuracy(*options); });
+}
+
+void add_placement(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>& options, int& exit_code) {
+  auto* command = reproduce.add_subcommand("placement", "Section 6: the best placement for each number of samples.");
+  add_common(*command, *options);
+  command->add_option("--counts", options->counts, "Numbers of samples (default: 21 from 60 to 354,061)")
+      ->type_name("N,N,...");
+  add_count(*command, "--random", options->placement.random_count, {1, 1'000'000},
+            "Random pairs of the 2-degree grid that errors are measured on");
+  add_count(*command, "--seed", options->placement.seed, {}, "Of the random pairs");
+  command->footer("Example:\n  sbrdf reproduce placement --counts 1000,10000 --random 2000");
+  command->callback([options, &exit_code] { exit_code = run_placement(*options); });
+}
+
+}  // namespace
+
+void add_reproduce(CLI::App& program, int& exit_code) {
+  auto* command = program.add_subcommand("reproduce", "Makes the tables of the paper again.");
+  command->require_subcommand(1);
+  const auto options = std::make_shared<ReproduceOptions>();
+  command->footer("Example:\n  sbrdf reproduce accuracy --random 100000");
+  add_accuracy(*command, options, exit_code);
+  add_placement(*command, options, exit_code);
+}
+
+}  // namespace sbrdf

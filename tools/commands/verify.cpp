@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "codec/file/reader.h"
+#include "formats/sbrdf/bundle.h"
+#include "tools/commands/commands.h"
+#include "tools/console/terminal.h"
+#include "tools/io/files.h"
+
+namespace sbrdf {
+namespace {
+
+struct VerifyOptions {
+  std::vector<std::string> files;
+  bool json = false;
+};
+
+struct Verdict {
+  std::uint64_t bytes = 0;
+  std::size_t materials = 1;
+  std::size_t chunks = 0;
+  std::size_t samples = 0;
+  std::string version;
+};
+
+// Everything that a reader could ever look at.
+Status verify_sliced(const ByteSource& source, Verdict& verdict) {
+  const Result<SlicedReader> reader = SlicedReader::open(source);
+  if (!reader) return reader.error();
+  const Result<SlicedBrdf> all = reader->load_all();
+  if (!all) return all.error();
+  verdict.version = reader->version();
+  verdict.samples += all->sample_count();
+  for (const std::uint32_t size : reader->index().chunk_sizes) verdict.chunks += size != 0 ? 1 : 0;
+  return ok_status();
+}
+
+Status verify_bundle(const ByteSource& source, Verdict& verdict) {
+  const Result<BundleReader> bundle = BundleReader::open(source);
+  if (!bundle) return bundle.error();
+  for (const BundleEntry& entry : bundle->entries()) {
+    const Result<std::unique_ptr<ByteSource>> material = bundle->material(entry);
+    const Status status = material ? verify_sliced(**material, verdict) : Status(material.error());
+    if (status) continue;
+    Error error = status.error();
+    error.message = one_line(entry.name) + ": " + error.message;
+    error.offset.reset();  // it counts from the start of the material
+    return error;
+  }
+  verdict.materials = bundle->entries().size();
+  verdict.version = bundle->version();
+  return ok_status();
+}
+
+Result<Verdict> verify(const std::string& path) {
+  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+  if (!file) return file.error();
+  Verdict verdict;
+  verdict.bytes = (*file)->size();
+  const Result<std::vector<std::byte>> magic =
+      read_range(**file, 0, std::min<std::uint64_t>(kBundleMagic.size(), verdict.bytes));
+  if (!magic) return magic.error();
+  const Status status = is_bundle(*magic) ? verify_bundle(**file, verdict) : verify_sliced(**file, verdict);
+  if (!status) return status.error();
+  return verdict;
+}
+
+int run_verify(const VerifyOptions& options) {
+  int exit_code = 0;
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  Table table;
+  for (const std::string& file : options.files) {
+    const Result<Verdict> verdict = verify(file);
+    if (!verdict) {
+      json.push_back({{"file", file}, {"ok", false}, {"error", verdict.error().message}});
+      const int failed = report_error(file, verdict.error());
+      if (exit_code == 0) exit_code = failed;
+      continue;
+    }
+    json.push_back({{"file", file},
+                    {"ok", true},
+                    {"version", verdict->version},
+                    {"bytes", verdict->bytes},
+                    {"materials", verdict->materials},
+                    {"chunks", verdict->chunks},
+                    {"samples", verdict->samples}});
+    table.add({"ok", file, "version " + verdict->version, format_count(verdict->bytes) + " bytes",
+               format_count(verdict->materials) + " materials", format_count(verdict->chunks) + " chunks",
+               format_count(verdict->samples) + " samples"});
+  }
+  if (options.json) {
+    print_json(json);
+  } else {
+    table.print();
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+void add_verify(CLI::App& program, int& exit_code) {
+  auto* command =
+      program.add_subcommand("verify", "Checks every byte of sliced files and bundles: checksums, sizes, content.");
+  const auto options = std::make_shared<VerifyOptions>();
+  command->add_option("FILE", options->files, "Sliced files and bundles")->required();
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer(
+      "All files are checked; the exit code is that of the first bad one, 3 for a damaged file.\n\n"
+      "Example:\n  sbrdf verify materials/*.sbrdf");
+  command->callback([options, &exit_code] { exit_code = run_verify(*options); });
+}
+
+}  // namespace sbrdf
