@@ -1,0 +1,42 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+/// Where bytes of a new file go, in any order: what is written at an offset stays there. Ranges that nobody wrote are
+/// zero up to the end of the last one. May be written to from several threads at once, at different offsets.
+class ByteSink {
+ public:
+  ByteSink() = default;
+  ByteSink(const ByteSink&) = delete;
+  ByteSink& operator=(const ByteSink&) = delete;
+  virtual ~ByteSink() = default;
+
+  /// kIo where the operating system refuses.
+  [[nodiscard]] virtual Status write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
+};
+
+/// A file that stays in memory. Not for several threads at once.
+class MemorySink final : public ByteSink {
+ public:
+  [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    const auto first = static_cast<std::size_t>(offset);
+    if (bytes_.size() < first + bytes.size()) bytes_.resize(first + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(first));
+    return ok_status();
+  }
+  [[nodiscard]] std::vector<std::byte> take() && { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+}  // namespace sbrdf
