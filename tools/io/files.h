@@ -3,12 +3,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
+#include "tools/io/atomic_file.h"  // IWYU pragma: export
 
 namespace sbrdf {
 
@@ -22,14 +22,5 @@ namespace sbrdf {
 
 /// SHA-256 of an ordinary file, 64 hexadecimal digits; empty where there is none at `path`, or it cannot be read twice.
 [[nodiscard]] std::string sha256_of(const std::filesystem::path& path);
-
-/// Whether write_file_atomically can begin: the folder exists and takes new files, and what `path` names already, if
-/// anything, is an ordinary file that may be written. For asking before long work. kIo otherwise.
-[[nodiscard]] Status check_destination(const std::filesystem::path& path);
-
-/// Writes to a temporary name in the same folder, waits for the disk, and renames: `path` is either untouched or
-/// complete. Keeps the permissions of a file that it replaces, and follows a symbolic link. kIo where the operating
-/// system refuses any of it, interrupted_error() after a signal; nothing is left behind then.
-[[nodiscard]] Status write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace sbrdf

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "formats/core/byte_sink.h"
+#include "formats/core/result.h"
+#include "tools/io/descriptor.h"
+
+namespace sbrdf {
+
+/// Whether a file that is being written has a name before it is complete.
+enum class WhileWritten : std::uint8_t {
+  kNameless,  ///< where the file system can (O_TMPFILE): whatever ends the program, SIGKILL included, the file is gone
+  kNamed,     ///< .sbrdf-PID-N.tmp in the folder of the target; what a file system without O_TMPFILE gets
+};
+
+/// A file that is there whole or not at all: bytes go to a new file in the folder of `path`, and commit() puts that in
+/// the place of `path`. Without commit() nothing changes and nothing is left behind.
+///
+///   Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create("material.sbrdf");
+///   if (!file) return file.error();
+///   if (Status written = (*file)->write(0, bytes); !written) return written.error();
+///   return (*file)->commit();
+class AtomicFile final : public ByteSink {
+ public:
+  /// Follows a symbolic link, also one to a file that is still to be made. kIo, with a message that says which it was:
+  /// `path` is a directory, a device or pipe, or a file that may not be written; its folder is missing, is none, or
+  /// takes no new files.
+  [[nodiscard]] static Result<std::unique_ptr<AtomicFile>> create(const std::filesystem::path& path,
+                                                                  WhileWritten kind = WhileWritten::kNameless);
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile() override;
+
+  /// From any number of threads at once. kIo where the operating system refuses, interrupted_error() after a signal.
+  [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override;
+
+  /// Waits for the disk and gives the file its name, with the permissions of the file that it replaces. Once, after all
+  /// writing. kIo and interrupted_error() as for write(): what was at `path` is untouched then.
+  [[nodiscard]] Status commit();
+
+ private:
+  AtomicFile(std::filesystem::path target, Descriptor file, std::string name);
+  [[nodiscard]] bool publish();
+
+  std::filesystem::path target_;
+  Descriptor file_;
+  std::string name_;  ///< of the temporary file, removed with this; empty where it has none
+};
+
+/// Whether AtomicFile::create() succeeds now: for asking before long work. Leaves nothing behind.
+[[nodiscard]] Status check_destination(const std::filesystem::path& path);
+
+/// A whole file at once; see AtomicFile.
+[[nodiscard]] Status write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+}  // namespace sbrdf

@@ -1,0 +1,15 @@
+#include "tools/io/descriptor.h"
+
+#include <cerrno>
+#include <system_error>
+
+#include "converters/source/progress.h"
+
+namespace sbrdf {
+
+Error system_error(const std::string& what) {
+  if (errno == EINTR) return interrupted_error();
+  return io_error(what + ": " + std::generic_category().message(errno));
+}
+
+}  // namespace sbrdf
