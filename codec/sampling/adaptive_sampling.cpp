@@ -15,7 +15,7 @@ Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string
   SlicedBrdf sliced;
   sliced.frame = lattice.spec;
   sliced.channels = std::move(channels);
-  const Status status = options.refinement == Refinement::kMeasured
+  const Status status = options.refinement == Refinement::kByMeasured
                             ? sample_by_measured_error(lattice, measure, options, sliced)
                             : sample_by_true_error(lattice, measure, options, sliced);
   if (!status) return status.error();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,26 +18,27 @@ using Measure = std::function<Status(std::span<const DirectionPair> pairs, std::
 
 /// Which gaps between samples are halved first.
 enum class Refinement : std::uint8_t {
-  kMeasured,  ///< Algorithm 1 of the paper: judged by what has been measured already, as a goniometer must
-  kTrue,      ///< judged by the error of the spline against the source, which is looked at between the samples, too
+  kByMeasured,  ///< Algorithm 1 of the paper: judged by what has been measured already, as a goniometer must
+  kBySource,    ///< judged by the error of the spline against the source, which is looked at between the samples, too
 };
 
 struct SamplingOptions {
   std::uint64_t sample_count = 0;  ///< crossings included; must be at least their number
-  Refinement refinement = Refinement::kMeasured;
+  Refinement refinement = Refinement::kByMeasured;
   double minimum_gap_deg = 1;  ///< of the slice's parameter; a gap narrower than twice this stays whole
   DomainKind domain = DomainKind::kLinear;
   int floor_halvings = kDefaultFloorHalvings;  ///< for the log domain
 
-  double guide_ratio =
-      0;  ///< take off a guide of this ratio (see Guide); 0: none. A twentieth of the samples goes to it
+  /// Of the guide to take off (see Guide), which gets a twentieth of the samples. Only for the half/difference frame
+  /// and the log domain.
+  std::optional<double> guide_ratio;
 
-  // kMeasured: section 5 of the paper and what specs/conventions.md settles about it.
+  // kByMeasured: section 5 of the paper and what specs/conventions.md settles about it.
   double first_share = 0.9;  ///< k: share of the adaptive samples that is placed in the first p1 rounds
   int first_rounds = 5;      ///< p1
   int second_rounds = 5;     ///< p2
 
-  // kTrue
+  // kBySource
   double value_exponent =
       0.5;  ///< errors in the log domain weigh f^this: 0 for the mean relative error, 1 for the L1 error
 };

@@ -71,9 +71,9 @@ Status Sampler::choose_domain() {
   if (options_.domain == DomainKind::kLog) {
     sliced_.domain = choose_log_domain(sliced_.crossing_values, channels_, options_.floor_halvings);
   }
-  if (options_.guide_ratio > 0) {
+  if (options_.guide_ratio) {
     const std::size_t count = std::max<std::size_t>(lattice_.nodes[kVertical].size(), options_.sample_count / 20);
-    Result<Guide> guide = fit_guide(sliced_, lattice_, options_.guide_ratio, count, measure_);
+    Result<Guide> guide = fit_guide(sliced_, lattice_, *options_.guide_ratio, count, measure_);
     if (!guide) return guide.error();
     sliced_.guide = *std::move(guide);
   }

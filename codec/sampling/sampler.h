@@ -25,7 +25,7 @@ struct Working {
   SliceSamples samples;
   std::vector<double> mapped;   ///< values in the value domain, channel fastest
   std::vector<double> weights;  ///< per gap; negative where it must stay whole
-  std::vector<float> probes;    ///< kTrue: per gap, the source at some places within
+  std::vector<float> probes;    ///< kBySource: per gap, the source at some places within
 };
 
 /// Rounds that halve the heaviest gaps of all slices. What a gap weighs is the derived class' affair.
@@ -70,7 +70,7 @@ class Sampler {
   void merge(std::span<const Candidate> chosen, const float* values);
 };
 
-/// Refinement::kMeasured and kTrue. `sliced` as for Sampler::run.
+/// Refinement::kByMeasured and kBySource. `sliced` as for Sampler::run.
 Status sample_by_measured_error(const Lattice& lattice, const Measure& measure, const SamplingOptions& options,
                                 SlicedBrdf& sliced);
 Status sample_by_true_error(const Lattice& lattice, const Measure& measure, const SamplingOptions& options,

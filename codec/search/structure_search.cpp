@@ -69,7 +69,7 @@ std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);
   std::string text(geometry(spec.id).name());
   text += structure.domain == DomainKind::kLog ? " frame, log" : " frame, linear";
-  if (structure.guide_ratio > 0) text += ", guide";
+  if (structure.guide_ratio) text += ", guide";
   for (const Axis& axis : spec.axes) text += ", " + std::to_string(axis.nodes_deg.size()) + " " + axis.name;
   return text;
 }
@@ -225,7 +225,8 @@ class Search {
     }
     if (structure_.outline.id != FrameId::kHalfDifference) return all;
     const bool isotropic = options_.symmetries.isotropic;
-    for (const double ratio : isotropic ? std::vector<double>{0, 1} : std::vector<double>{0, 1, 0.2, 0.4, 2.5, 5}) {
+    using Ratios = std::vector<std::optional<double>>;
+    for (const auto ratio : isotropic ? Ratios{{}, 1} : Ratios{{}, 1, 0.2, 0.4, 2.5, 5}) {
       all.push_back(structure_);
       all.back().guide_ratio = ratio;
     }
@@ -303,7 +304,7 @@ SamplingOptions sampling_for(const Structure& structure, SamplingOptions options
   options.value_exponent = structure.value_exponent;
   options.guide_ratio = structure.domain == DomainKind::kLog && structure.outline.id == FrameId::kHalfDifference
                             ? structure.guide_ratio
-                            : 0;
+                            : std::nullopt;
   return options;
 }
 

@@ -26,7 +26,7 @@ struct Structure {
   DomainKind domain = DomainKind::kLog;
   int floor_halvings = 5;
   double value_exponent = 0.5;
-  double guide_ratio = 0;
+  std::optional<double> guide_ratio;  ///< of no effect but in the half/difference frame and the log domain
 };
 
 /// Which of the choices are fixed beforehand.

@@ -41,7 +41,7 @@ Progress part_of(const Progress& progress, double begin, double end) {
 }
 
 std::string structure_text(const Slicing& slicing, const SliceOptions& options) {
-  if (options.placement) return placement_text(*options.placement);
+  if (const auto* placement = std::get_if<Placement>(&options.structure)) return placement_text(*placement);
   std::string text(geometry(slicing.sliced.frame.id).name());
   text += slicing.sliced.domain.kind == DomainKind::kLog ? ", log" : ", linear";
   return slicing.sliced.guide ? text + ", guide" : text;
@@ -53,12 +53,12 @@ Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const
   if (!model) return model.error();
   const auto source = make_kurt_source(*model);
   SliceOptions slices = options.slices;
-  slices.sample_count = kCounts[count];
+  slices.stop = SampleCount{kCounts[count]};
   slices.encoding.precision = 0;  // the paper's samples are not rounded
-  if (!options.automatic) slices.placement = table_3_placement(slices.sample_count);
+  if (!options.automatic) slices.structure = table_3_placement(kCounts[count]);
   Result<Slicing> slicing = slice_source(*source, slices, part_of(progress, 0, 0.3));
   if (!slicing) return slicing.error();
-  AccuracyRow row = {paper.material,           slices.sample_count, structure_text(*slicing, slices), 0,
+  AccuracyRow row = {paper.material,           kCounts[count], structure_text(*slicing, slices), 0,
                      paper.mre_percent[count], paper.exchanged};
   const SlicedSource sliced(DecodedSliced{std::move(slicing->sliced), std::move(slicing->lattice), {}});
   CompareOptions directions;

@@ -72,18 +72,19 @@ class Slicer {
         options_(options),
         progress_(progress),
         symmetrised_(source),
-        measured_(source.traits().reciprocal ? source : symmetrised_) {}
+        measured_(source.traits().reciprocal ? source : symmetrised_),
+        search_(std::get_if<SearchedStructure>(&options.structure)),
+        placement_(std::get_if<Placement>(&options.structure)) {}
 
   Result<Slicing> run() {
     if (Status status = check_options(); !status) return status.error();
-    if (!options_.placement) {
+    if (search_ != nullptr) {
       symmetries_ = detect_symmetries(measured_);
-      if (!options_.use_mirrors) symmetries_.mirror_x = symmetries_.mirror_y = false;
+      if (!search_->use_mirrors) symmetries_.mirror_x = symmetries_.mirror_y = false;
     } else {
       symmetries_.isotropic = source_.traits().isotropic;
     }
-    const bool chooses = !options_.placement || options_.target_mre_percent || options_.target_rel_l1_percent;
-    if (chooses) {
+    if (search_ != nullptr || target()) {
       if (Status status = draw(kChoiceSeed, choice_); !status) return status.error();
     }
     if (Status status = draw(kReportSeed, report_); !status) return status.error();
@@ -98,20 +99,14 @@ class Slicer {
   enum class Effort : std::uint8_t { kStarts, kFull };
 
   Status check_options() const {
-    const auto usage = [](const std::string& what) { return usage_error(what); };
-    if (options_.sample_count > kMaxSampleCount) return usage("at most 1,000,000 samples can be asked for");
-    if (options_.placement && options_.frame.value_or(FrameId::kElevation) != FrameId::kElevation) {
-      return usage("a placement by steps needs the elevation frame");
+    const auto* fixed = std::get_if<SampleCount>(&options_.stop);
+    if (fixed != nullptr && fixed->count > kMaxSampleCount) {
+      return usage_error("at most 1,000,000 samples can be asked for");
     }
-    const int targets =
-        (options_.target_mre_percent ? 1 : 0) + (options_.target_rel_l1_percent ? 1 : 0) + (options_.max_bytes ? 1 : 0);
-    if (targets > 1) return usage("only one of the targets and the largest size can be asked for");
-    for (const auto& target : {options_.target_mre_percent, options_.target_rel_l1_percent}) {
-      if (target && !(*target > 0 && std::isfinite(*target))) return usage("a target must be above 0 %");
-    }
-    if (options_.search_evaluations == 0) return usage("a search must try one structure or more");
+    if (target() && !(*target() > 0 && std::isfinite(*target()))) return usage_error("a target must be above 0 %");
+    if (search_ != nullptr && search_->evaluations == 0) return usage_error("a search must try one structure or more");
     const double gap = sampling(0).minimum_gap_deg;
-    if (!(gap >= 0.01 && gap <= 90)) return usage("the minimum gap must be in [0.01, 90] degrees");
+    if (!(gap >= 0.01 && gap <= 90)) return usage_error("the minimum gap must be in [0.01, 90] degrees");
     return ok_status();
   }
 
@@ -128,37 +123,45 @@ class Slicer {
     SamplingOptions sampling;
     sampling.sample_count = count;
     sampling.refinement = options_.refinement;
-    sampling.minimum_gap_deg = options_.minimum_gap_deg.value_or(options_.refinement == Refinement::kTrue ? 0.1 : 1);
+    sampling.minimum_gap_deg =
+        options_.minimum_gap_deg.value_or(options_.refinement == Refinement::kBySource ? 0.1 : 1);
     sampling.domain = options_.domain.value_or(DomainKind::kLog);
     return sampling;
   }
 
   [[nodiscard]] Objective objective() const {
-    if (options_.target_mre_percent) return Objective::kMre;
-    return options_.target_rel_l1_percent ? Objective::kRelL1 : Objective::kBoth;
+    if (std::holds_alternative<TargetMre>(options_.stop)) return Objective::kMre;
+    return std::holds_alternative<TargetRelL1>(options_.stop) ? Objective::kRelL1 : Objective::kBoth;
+  }
+
+  // [%], of the error that objective() names; open where the number of samples or of bytes decides.
+  [[nodiscard]] std::optional<double> target() const {
+    if (const auto* mre = std::get_if<TargetMre>(&options_.stop)) return mre->percent;
+    if (const auto* rel_l1 = std::get_if<TargetRelL1>(&options_.stop)) return rel_l1->percent;
+    return std::nullopt;
   }
 
   Result<Slicing> by_stop_rule() {
-    if (options_.target_mre_percent || options_.target_rel_l1_percent) return fewest_samples();
-    if (options_.max_bytes) return most_samples();
-    return at_count(options_.sample_count, Effort::kFull);
+    if (const auto* fixed = std::get_if<SampleCount>(&options_.stop)) return at_count(fixed->count, Effort::kFull);
+    if (const auto* size = std::get_if<MaxBytes>(&options_.stop)) return most_samples(size->count);
+    return fewest_samples(*target());
   }
 
   // The samples of a fixed placement, or of the best structure that a search finds.
   Result<Slicing> at_count(std::uint64_t count, Effort effort) {
-    if (options_.placement) {
+    if (placement_ != nullptr) {
       Result<FrameSpec> spec =
-          elevation_frame(options_.placement->elevation_step_deg, options_.placement->azimuth_step_deg, symmetries_);
+          elevation_frame(placement_->elevation_step_deg, placement_->azimuth_step_deg, symmetries_);
       if (!spec) return spec.error();
       return sample(*spec, sampling(count));
     }
     SearchOptions search;
-    search.frame = options_.frame;
+    search.frame = search_->frame;
     search.domain = options_.domain;
     search.symmetries = symmetries_;
     search.objective = objective();
     search.sampling = sampling(count);
-    search.evaluations = options_.search_evaluations;
+    search.evaluations = search_->evaluations;
     search.starts_only = effort == Effort::kStarts;
     search.progress = progress_.report;
     Result<SearchResult> found = search_structure(
@@ -171,14 +174,14 @@ class Slicer {
   }
 
   Result<Slicing> resample(std::uint64_t count) {
-    if (options_.placement) return at_count(count, Effort::kStarts);
+    if (placement_ != nullptr) return at_count(count, Effort::kStarts);
     return sample(expand_outline(structure_.outline), sampling_for(structure_, sampling(count)));
   }
 
   Result<Slicing> sample(const FrameSpec& spec, const SamplingOptions& sampling) {
     Result<Lattice> lattice = build_lattice(spec);
     if (!lattice) return lattice.error();
-    ProgressCounter counter(options_.placement ? progress_ : Progress{}, sampling.sample_count);
+    ProgressCounter counter(placement_ != nullptr ? progress_ : Progress{}, sampling.sample_count);
     Result<SlicedBrdf> sliced = sample_slices(
         *lattice, source_.traits().channels,
         [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
@@ -199,12 +202,11 @@ class Slicer {
     return objective_value(judge(Evaluator(coded, slicing.lattice), held_back), objective());
   }
 
-  Result<Slicing> fewest_samples() {
+  Result<Slicing> fewest_samples(double target) {
     if (all_zero(choice_) || all_zero(report_)) {
       return difference_error("the source is zero on all " + std::to_string(choice_.pairs.size()) +
                               " held-back directions: there is no relative error to hold against a target");
     }
-    const double target = options_.target_mre_percent.value_or(options_.target_rel_l1_percent.value_or(0));
     std::uint64_t enough = kFewestSamples;
     const auto reaches = [&](std::uint64_t count) -> Result<bool> {
       Result<Slicing> slicing = at_count(count, Effort::kStarts);
@@ -243,13 +245,12 @@ class Slicer {
     return slicing;
   }
 
-  Result<Slicing> most_samples() {
-    const std::uint64_t limit = *options_.max_bytes;
+  Result<Slicing> most_samples(std::uint64_t limit) {
     std::uint64_t few = kFewestSamples;
     std::uint64_t many = std::min<std::uint64_t>(kMaxSampleCount, std::max<std::uint64_t>(limit, kFewestSamples));
     Result<Slicing> best = at_count(few, Effort::kStarts);
     if (!best) return best.error();
-    if (size_of(*best) > limit) return too_small(size_of(*best));
+    if (size_of(*best) > limit) return too_small(size_of(*best), limit);
     while (many - few > std::max<std::uint64_t>(1, few / 50)) {
       const std::uint64_t middle = (few + many) / 2;
       Result<Slicing> slicing = at_count(middle, Effort::kStarts);
@@ -260,12 +261,12 @@ class Slicer {
       best = count == few ? at_count(count, Effort::kFull) : resample(count);
       if (!best || size_of(*best) <= limit) return best;
     }
-    return too_small(size_of(*best));
+    return too_small(size_of(*best), limit);
   }
 
-  [[nodiscard]] Error too_small(std::size_t size) const {
-    return usage_error("the smallest file takes " + std::to_string(size) + " bytes; " +
-                       std::to_string(*options_.max_bytes) + " are too few");
+  [[nodiscard]] Error too_small(std::size_t size, std::uint64_t limit) const {
+    return usage_error("the smallest file takes " + std::to_string(size) + " bytes; " + std::to_string(limit) +
+                       " are too few");
   }
 
   // With the metadata that the file will have.
@@ -307,7 +308,7 @@ class Slicer {
     json["precision_percent"] = rounded(100 * options_.encoding.precision);
     json["symmetrised"] = !traits.reciprocal;
     json["reciprocity_residual_percent"] = rounded(report.reciprocity_difference_percent);
-    json["refinement"] = options_.refinement == Refinement::kTrue ? "true" : "measured";
+    json["refinement"] = options_.refinement == Refinement::kBySource ? "true" : "measured";
     json["zero_values"] = report.zero_values;
     json["negative_values"] = report.negative_values;
     json["error"] = {{"mre_percent", rounded(report.error.mre_percent)},
@@ -326,6 +327,8 @@ class Slicer {
   const Progress& progress_;
   SymmetrisedSource symmetrised_;
   const BrdfSource& measured_;
+  const SearchedStructure* search_;  // one of these two
+  const Placement* placement_;
   Symmetries symmetries_;
   HeldBack choice_;
   HeldBack report_;

@@ -24,8 +24,8 @@ std::unique_ptr<BrdfSource> shiny_isotropic() {
 
 SliceOptions quick(std::uint64_t samples) {
   SliceOptions options;
-  options.sample_count = samples;
-  options.search_evaluations = 20;
+  options.stop = SampleCount{samples};
+  options.structure = SearchedStructure{.evaluations = 20};
   return options;
 }
 
@@ -52,11 +52,11 @@ TEST(DetectSymmetries, FindsThoseThatASourceHas) {
 TEST(TrueRefinement, IsBetterThanTheMeasuredOneAndTakesAsManySamples) {
   const auto fabric = make_kurt_source(kurt_material("fabric112").value());
   SliceOptions options;
-  options.placement = {28, 60};
-  options.sample_count = 1500;
-  options.refinement = Refinement::kMeasured;
+  options.structure = Placement{28, 60};
+  options.stop = SampleCount{1500};
+  options.refinement = Refinement::kByMeasured;
   const Slicing measured = slice_source(*fabric, options).value();
-  options.refinement = Refinement::kTrue;
+  options.refinement = Refinement::kBySource;
   const Slicing true_error = slice_source(*fabric, options).value();
   EXPECT_EQ(measured.sliced.sample_count(), 1500U);
   EXPECT_EQ(true_error.sliced.sample_count(), 1500U);
@@ -64,10 +64,10 @@ TEST(TrueRefinement, IsBetterThanTheMeasuredOneAndTakesAsManySamples) {
 }
 
 TEST(SliceSource, EndsBelowTheNumberOfSamplesWhereEveryGapIsAtTheMinimum) {
-  for (const Refinement refinement : {Refinement::kMeasured, Refinement::kTrue}) {
+  for (const Refinement refinement : {Refinement::kByMeasured, Refinement::kBySource}) {
     SliceOptions options;
-    options.placement = {40, 90};
-    options.sample_count = 5000;
+    options.structure = Placement{40, 90};
+    options.stop = SampleCount{5000};
     options.refinement = refinement;
     options.minimum_gap_deg = 90;
     const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
@@ -79,8 +79,8 @@ TEST(SliceSource, EndsBelowTheNumberOfSamplesWhereEveryGapIsAtTheMinimum) {
 TEST(StructureSearch, BeatsTheTableOfThePaper) {
   const auto fabric = make_kurt_source(kurt_material("fabric112").value());
   SliceOptions paper;
-  paper.placement = table_3_placement(400);
-  paper.sample_count = 400;
+  paper.structure = table_3_placement(400);
+  paper.stop = SampleCount{400};
   EXPECT_LT(rel_l1(*fabric, slice_source(*fabric, quick(400)).value()),
             0.7 * rel_l1(*fabric, slice_source(*fabric, paper).value()));
 }
@@ -89,11 +89,11 @@ TEST(StructureSearch, TriesNoMoreStartsThanAskedFor) {
   const auto source = shiny_isotropic();
   for (const auto& [evaluations, tried] : {std::pair{1, "after 1 structure tried"}, {5, "after 5 structures tried"}}) {
     SliceOptions options = quick(300);
-    options.search_evaluations = static_cast<std::size_t>(evaluations);
+    options.structure = SearchedStructure{.evaluations = static_cast<std::size_t>(evaluations)};
     EXPECT_THAT(slice_source(*source, options).value().report.reasons.back(), HasSubstr(tried));
   }
   SliceOptions none = quick(300);
-  none.search_evaluations = 0;
+  none.structure = SearchedStructure{.evaluations = 0};
   EXPECT_EQ(slice_source(*source, none).error().code, ErrorCode::kUsage);
 }
 
@@ -144,7 +144,7 @@ TEST(StructureSearch, StaysInTheFrameAskedForAndSaysWhy) {
   const auto source = shiny_isotropic();
   for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
     SliceOptions options = quick(300);
-    options.frame = id;
+    options.structure = SearchedStructure{.frame = id, .evaluations = 20};
     const Slicing slicing = slice_source(*source, options).value();
     EXPECT_EQ(slicing.sliced.frame.id, id);
     ASSERT_FALSE(slicing.report.reasons.empty());
@@ -154,7 +154,7 @@ TEST(StructureSearch, StaysInTheFrameAskedForAndSaysWhy) {
 
 TEST(StopRule, ReachesATargetOnDirectionsThatTookNoPart) {
   SliceOptions options = quick(0);
-  options.target_rel_l1_percent = 5;
+  options.stop = TargetRelL1{5};
   const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
   EXPECT_LE(slicing.report.error.rel_l1_percent, 5);
   EXPECT_LT(slicing.sliced.sample_count(), 2000U);
@@ -162,12 +162,12 @@ TEST(StopRule, ReachesATargetOnDirectionsThatTookNoPart) {
 
 TEST(StopRule, FillsButDoesNotPassALargestSize) {
   SliceOptions options = quick(0);
-  options.max_bytes = 3000;
+  options.stop = MaxBytes{3000};
   const Slicing slicing = slice_source(*shiny_isotropic(), options).value();
   const std::size_t size = encode_sliced(slicing.sliced, slicing.lattice, options.encoding).size();
   EXPECT_LE(size, 3000U);
   EXPECT_GT(size, 2500U);
-  options.max_bytes = 100;
+  options.stop = MaxBytes{100};
   EXPECT_EQ(slice_source(*shiny_isotropic(), options).error().code, ErrorCode::kUsage);
 }
 
@@ -183,10 +183,10 @@ TEST(Guide, ComesBackFromItsFileAndIsTakenOffAndAddedAlike) {
   for (const int guided : {0, 1}) {
     SamplingOptions options;
     options.sample_count = 160;
-    options.refinement = Refinement::kTrue;
+    options.refinement = Refinement::kBySource;
     options.domain = DomainKind::kLog;
     options.minimum_gap_deg = 0.1;
-    options.guide_ratio = guided;
+    if (guided == 1) options.guide_ratio = 1;
     const SlicedBrdf sliced = sample_slices(lattice, {"R", "G", "B"}, measure, options).value();
     EXPECT_EQ(sliced.guide.has_value(), guided == 1);
     EXPECT_EQ(sliced.sample_count(), 160U);
@@ -225,15 +225,15 @@ TEST(ReproduceAccuracy, JudgesSamplesThatAreNotRounded) {
   options.materials = {"red-velvet"};
   options.random_count = 2000;
   options.slices.domain = DomainKind::kLinear;
-  options.slices.refinement = Refinement::kMeasured;
+  options.slices.refinement = Refinement::kByMeasured;
   const std::vector<AccuracyRow> rows = reproduce_accuracy(options).value();
   ASSERT_EQ(rows.size(), 2);
   EXPECT_EQ(rows[0].structure, "14/36");
   const auto source = make_kurt_source(kurt_material("Red velvet").value());
   const auto mre = [&](double precision) {
     SliceOptions slices = options.slices;
-    slices.placement = table_3_placement(8911);
-    slices.sample_count = 8911;
+    slices.structure = table_3_placement(8911);
+    slices.stop = SampleCount{8911};
     slices.encoding.precision = precision;
     Slicing slicing = slice_source(*source, slices).value();
     CompareOptions directions;
@@ -255,7 +255,7 @@ TEST(ReproducePlacement, FindsThePlacementOfTheTableForFewSamples) {
   PlacementOptions options;
   options.counts = {600};
   options.random_count = 300;
-  options.slices.refinement = Refinement::kMeasured;
+  options.slices.refinement = Refinement::kByMeasured;
   const PlacementStudy study = reproduce_placement(options).value();
   EXPECT_EQ(placement_text(table_3_placements()[study.rows[0].best]), "28/180");
   for (const double increase : study.increase) EXPECT_GE(increase, 1);

@@ -25,8 +25,8 @@ using testing::HasSubstr;
 
 SliceOptions coarse(std::uint64_t samples, DomainKind domain = DomainKind::kLinear) {
   SliceOptions options;
-  options.placement = {40, 90};
-  options.sample_count = samples;
+  options.structure = Placement{40, 90};
+  options.stop = SampleCount{samples};
   options.domain = domain;
   return options;
 }
@@ -112,9 +112,9 @@ TEST(SliceSource, RecordsWhatItDidAsJson) {
 TEST(SliceSource, RefusesPlacementsAndCountsThatCannotBe) {
   EXPECT_EQ(refusal(analytic(), coarse(10)).code, ErrorCode::kUsage);
   SliceOptions options = coarse(10000);
-  options.placement = {40, 7};
+  options.structure = Placement{40, 7};
   EXPECT_EQ(refusal(analytic(), options).code, ErrorCode::kUsage);
-  options.placement = {0, 36};
+  options.structure = Placement{0, 36};
   EXPECT_EQ(refusal(analytic(), options).code, ErrorCode::kUsage);
 }
 
@@ -190,9 +190,9 @@ TEST(LoadSliced, RefusesWhatIsNoSlicedFile) { EXPECT_FALSE(load_sliced(std::vect
 
 double mean_relative_error(const BrdfSource& reference, std::uint64_t samples, DomainKind domain) {
   SliceOptions options;
-  options.placement = {14, 36};
-  options.refinement = Refinement::kMeasured;
-  options.sample_count = samples;
+  options.structure = Placement{14, 36};
+  options.refinement = Refinement::kByMeasured;
+  options.stop = SampleCount{samples};
   options.domain = domain;
   const auto sliced = through_a_file(slice_source(reference, options).value());
   CompareOptions directions;

@@ -33,9 +33,9 @@ Result<StorageRow> audit(const std::string& name, const AuditOptions& options) {
     return audit_storage(name, sliced->sliced(), sliced->lattice());
   }
   SliceOptions slices;
-  slices.sample_count = options.samples;
+  slices.stop = SampleCount{options.samples};
   slices.encoding.precision = 0;
-  if (options.placement == "paper") slices.placement = table_3_placement(options.samples);
+  if (options.placement == "paper") slices.structure = table_3_placement(options.samples);
   ProgressBar bar(name);
   const Result<Slicing> slicing = slice_source(*opened->source, slices, bar.progress());
   if (!slicing) return slicing.error();

@@ -24,6 +24,11 @@ struct ConvertOptions {
   std::string in;
   std::string out;
   SliceOptions slices;
+  std::uint64_t samples = kDefaultSampleCount;
+  std::optional<double> target_mre_percent;
+  std::optional<double> target_rel_l1_percent;
+  std::optional<std::uint64_t> max_bytes;
+  std::size_t evaluations = kDefaultSearchEvaluations;
   std::string frame = "auto";
   std::string domain = "auto";
   std::string placement = "auto";
@@ -49,7 +54,7 @@ struct Failure {
   Error error;
 };
 
-void parse_steps(const std::string& text, Placement& placement) {
+Placement parse_steps(const std::string& text) {
   const auto slash = text.find('/');
   const auto elevation = parse_number(text.substr(0, slash));
   const auto azimuth = slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1));
@@ -58,7 +63,7 @@ void parse_steps(const std::string& text, Placement& placement) {
         "--placement",
         "'" + text + "' is neither auto, search, paper, nor two positive numbers of degrees such as 14/36");
   }
-  placement = {*elevation, *azimuth};
+  return {*elevation, *azimuth};
 }
 
 EncodeOptions encoding_of(const ConvertOptions& options) {
@@ -99,21 +104,35 @@ void refuse_contradictions(const ConvertOptions& options) {
   }
 }
 
+StopRule stop_rule(const ConvertOptions& options) {
+  if (options.target_mre_percent) return TargetMre{*options.target_mre_percent};
+  if (options.target_rel_l1_percent) return TargetRelL1{*options.target_rel_l1_percent};
+  if (options.max_bytes) return MaxBytes{*options.max_bytes};
+  return SampleCount{options.samples};
+}
+
 // With the elevation frame asked for by name, "auto" is the paper's own rule, too.
+StructureRule structure_rule(const ConvertOptions& options) {
+  if (options.placement == "paper" || (options.placement == "auto" && options.frame == "elevation")) {
+    return table_3_placement(options.samples);
+  }
+  if (options.placement != "auto" && options.placement != "search") return parse_steps(options.placement);
+  SearchedStructure search;
+  if (options.frame == "elevation") search.frame = FrameId::kElevation;
+  if (options.frame == "half-difference") search.frame = FrameId::kHalfDifference;
+  search.use_mirrors = !options.no_mirrors;
+  search.evaluations = options.evaluations;
+  return search;
+}
+
 void settle_choices(ConvertOptions& options) {
   SliceOptions& slices = options.slices;
-  if (options.frame == "elevation") slices.frame = FrameId::kElevation;
-  if (options.frame == "half-difference") slices.frame = FrameId::kHalfDifference;
+  slices.stop = stop_rule(options);
+  slices.structure = structure_rule(options);
   if (options.domain == "linear") slices.domain = DomainKind::kLinear;
   if (options.domain == "log") slices.domain = DomainKind::kLog;
-  slices.refinement = options.refine == "measured" ? Refinement::kMeasured : Refinement::kTrue;
-  slices.use_mirrors = !options.no_mirrors;
+  slices.refinement = options.refine == "measured" ? Refinement::kByMeasured : Refinement::kBySource;
   slices.encoding = encoding_of(options);
-  if (options.placement == "paper" || (options.placement == "auto" && options.frame == "elevation")) {
-    slices.placement = table_3_placement(slices.sample_count);
-  } else if (options.placement != "auto" && options.placement != "search") {
-    parse_steps(options.placement, slices.placement.emplace());
-  }
 }
 
 bool is_sliced(const Format& format) { return format.name == "sbrdf"; }
@@ -222,13 +241,13 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
                           const char* help) {
     mark(command.add_option(flag, value, help)->check(CLI::IsMember(names))->type_name("NAME")->capture_default_str());
   };
-  auto* samples = mark(add_count(command, "--samples", slices.sample_count, {1, kMaxSampleCount},
-                                 "Directions sampled, crossings included"));
-  auto* mre = mark(add_number(command, "--target-mre", slices.target_mre_percent, kTarget, "PERCENT",
+  auto* samples = mark(
+      add_count(command, "--samples", options.samples, {1, kMaxSampleCount}, "Directions sampled, crossings included"));
+  auto* mre = mark(add_number(command, "--target-mre", options.target_mre_percent, kTarget, "PERCENT",
                               "Instead of --samples: as few as reach this mean relative error"));
-  auto* rel_l1 = mark(add_number(command, "--target-rel-l1", slices.target_rel_l1_percent, kTarget, "PERCENT",
+  auto* rel_l1 = mark(add_number(command, "--target-rel-l1", options.target_rel_l1_percent, kTarget, "PERCENT",
                                  "Instead of --samples: as few as reach this relative L1 error"));
-  auto* bytes = mark(add_count(command, "--max-bytes", slices.max_bytes, {1, kMostBytes},
+  auto* bytes = mark(add_count(command, "--max-bytes", options.max_bytes, {1, kMostBytes},
                                "Instead of --samples: as many as fit a file of this size"));
   samples->excludes(mre, rel_l1, bytes);
   mre->excludes(rel_l1, bytes);
@@ -248,7 +267,7 @@ void add_slicing_options(CLI::App& command, ConvertOptions& options) {
   mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
                   "Samples are not set closer than this, in degrees; 0.1, or 1 with --refine measured"));
   mark(add_count(
-           command, "--search-evaluations", slices.search_evaluations, {1, 100'000},
+           command, "--search-evaluations", options.evaluations, {1, 100'000},
            "Structures a search tries for N, N / 2, N / 4 ... samples each; the round of some fifty in which it gets "
            "there is finished"))
       ->each([&options](const std::string&) { options.evaluations_given = true; });

@@ -33,7 +33,7 @@ SliceOptions chosen_slices(const ReproduceOptions& options) {
   SliceOptions slices = options.accuracy.slices;
   if (options.accuracy.automatic) return slices;
   slices.domain = options.domain == "log" ? DomainKind::kLog : DomainKind::kLinear;
-  slices.refinement = options.refine == "true" ? Refinement::kTrue : Refinement::kMeasured;
+  slices.refinement = options.refine == "true" ? Refinement::kBySource : Refinement::kByMeasured;
   return slices;
 }
 

@@ -31,7 +31,7 @@ struct Example {
 };
 
 SampledBrdf sampled(const FrameSpec& frame, std::uint64_t extra, DomainKind domain, std::size_t channels,
-                    double guide_ratio = 0) {
+                    std::optional<double> guide_ratio = {}) {
   SampledBrdf made;
   made.lattice = build_lattice(frame).value();
   SamplingOptions options;
@@ -39,7 +39,7 @@ SampledBrdf sampled(const FrameSpec& frame, std::uint64_t extra, DomainKind doma
   options.domain = domain;
   options.minimum_gap_deg = 0.1;
   options.guide_ratio = guide_ratio;
-  if (guide_ratio != 0) options.refinement = Refinement::kTrue;
+  if (guide_ratio) options.refinement = Refinement::kBySource;
   const TestFunction function = [&frame](const DirectionPair& pair, std::size_t c) {
     const auto [ix, iy, iz, vx, vy, vz] = vectors_of(pair);
     const double half = (iz + vz) / std::sqrt((ix + vx) * (ix + vx) + (iy + vy) * (iy + vy) + (iz + vz) * (iz + vz));
