@@ -1,177 +1,176 @@
 #include "converters/files/format_table.h"
 
-#include <nlohmann/json.hpp>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cctype>
-#include <cmath>
-#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "converters/files/merl.h"
-#include "converters/files/rgl.h"
-#include "converters/slicing/metadata_json.h"
-#include "converters/source/reciprocity.h"
+#include "converters/files/foreign.h"
+#include "converters/files/kurt/kurt_file.h"
+#include "converters/files/merl/merl_source.h"
+#include "converters/files/merl/merl_writer.h"
+#include "converters/files/rgl/rgl.h"
+#include "converters/files/sliced/bundle_file.h"
+#include "converters/files/sliced/slice_options.h"
+#include "converters/files/sliced/sliced.h"
+#include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 
 namespace sbrdf {
 namespace {
 
-Result<std::unique_ptr<BrdfSource>> load_merl(std::span<const std::byte> file) {
-  Result<MerlTable> table = parse_merl(file);
-  if (!table) return table.error();
-  Result<std::unique_ptr<MerlSource>> source = MerlSource::make(*std::move(table));
-  if (!source) return source.error();
-  return std::unique_ptr<BrdfSource>(*std::move(source));
+using Head = std::span<const std::byte>;
+using Bytes = std::shared_ptr<const ByteSource>;
+
+Match whole_if(bool recognised) { return recognised ? Match::kWhole : Match::kNone; }
+
+// MERL files have no magic: what begins with three small counts is one, but where another row is sure.
+Match recognise_merl(Head head, std::uint64_t size) {
+  if (recognises_merl(head, size)) return Match::kWhole;
+  return resembles_merl(head, size) ? Match::kDamaged : Match::kNone;
 }
 
-std::string percent(double value) {
-  if (std::isinf(value)) return "infinite";
-  std::array<char, 32> text{};
-  const int size = std::snprintf(text.data(), text.size(), "%.3g %%", value);
-  return {text.data(), static_cast<std::size_t>(size)};
-}
-
-void remark_count(std::vector<Remark>& remarks, const char* key, std::uint64_t count, const std::string& what) {
-  if (count > 0) remarks.push_back({key, static_cast<double>(count), std::to_string(count) + " " + what});
-}
-
-Remark reciprocity_remark(double residual) {
-  return {"reciprocity_residual_percent", residual,
-          "reciprocity residual " + percent(residual) + ": f(i,v) and f(v,i) were replaced by their mean"};
-}
-
-Result<SavedFile> save_merl(const BrdfSource& source, const SaveOptions& options, const Progress& progress) {
-  SavedFile saved;
-  const auto* merl = dynamic_cast<const MerlSource*>(&source);
-  if (merl != nullptr && merl->table().shape == options.merl_shape.value_or(merl->table().shape)) {
-    saved.bytes = emit_merl(merl->table());
-    saved.remarks.push_back({"copied", 1, "copied bit for bit"});
-    return saved;
-  }
-  const SymmetrisedSource symmetrised(source);
-  const bool reciprocal = source.traits().reciprocal;
-  const MerlShape shape = options.merl_shape.value_or(kMerlShape);
-  Result<MerlResampling> resampling = resample_merl(reciprocal ? source : symmetrised, shape, progress);
-  if (!resampling) return resampling.error();
-  saved.bytes = emit_merl(resampling->table);
-  const MerlReport& report = resampling->report;
-  if (!reciprocal) saved.remarks.push_back(reciprocity_remark(reciprocity_difference_percent(source)));
-  remark_count(saved.remarks, "below_horizon_cells", report.below_horizon, "cells below the horizon, marked -1");
-  remark_count(saved.remarks, "some_negative_cells", report.some_negative,
-               "cells with one or two negative channels, kept");
-  remark_count(saved.remarks, "all_negative_cells", report.all_negative,
-               "cells negative in every channel, kept; readers take them for unmeasured");
-  if (report.anisotropic_source_cut) {
-    saved.remarks.push_back({"anisotropic_source_cut", 1, "the source is anisotropic; the table holds phi_h = 0 only"});
-  }
-  if (report.channel_repeated)
-    saved.remarks.push_back({"channel_repeated", 1, "the only channel stands in R, G and B"});
-  return saved;
-}
-
-void remark_slicing(const Slicing& slicing, bool reciprocal, std::vector<Remark>& remarks) {
-  const SliceReport& report = slicing.report;
-  const std::uint64_t samples = slicing.sliced.sample_count();
-  remarks.push_back({"samples", static_cast<double>(samples),
-                     std::to_string(samples) + " samples, " + std::to_string(slicing.sliced.crossing_count()) +
-                         " of them at crossings"});
-  if (samples < report.wanted_samples) {
-    remark_count(remarks, "samples_not_placed", report.wanted_samples - samples,
-                 "samples not placed: every interval is at the smallest gap");
-  }
-  for (const std::string& reason : report.reasons) remarks.push_back({"choice", 0, reason});
-  remarks.push_back({"held_back_mre_percent", report.error.mre_percent,
-                     "MRE " + percent(report.error.mre_percent) + " on " + std::to_string(report.error_directions) +
-                         " directions that took no part in any choice"});
-  remarks.push_back({"held_back_rel_l1_percent", report.error.rel_l1_percent,
-                     "relative L1 error " + percent(report.error.rel_l1_percent) + " on the same"});
-  if (report.error_values_all_zero) {
-    remarks.push_back({"held_back_values_all_zero", 1,
-                       "the source is zero on all of these directions: neither error says how good the file is"});
-  }
-  if (!reciprocal) remarks.push_back(reciprocity_remark(report.reciprocity_difference_percent));
-  remark_count(remarks, "zero_values", report.zero_values, "sampled values are exactly zero");
-  remark_count(remarks, "negative_values", report.negative_values, "sampled values are negative, kept");
-}
-
-// The errors that the metadata state were measured before the copy was rounded.
-std::string metadata_of_copy(const std::string& text, double precision) {
-  nlohmann::ordered_json json = parse_metadata(text);
-  if (!json.is_object()) return text;
-  if (json.contains("error") && !json.contains("error_before_rounding")) {
-    json["error_before_rounding"] = json["error"];
-    json.erase("error");
-  }
-  if (const auto before = json.find("precision_percent"); before != json.end() && *before != 0.0) {
-    json["coded_before_percent"].push_back(*before);
-  }
-  json["precision_percent"] = 100 * precision;
-  return emit_metadata(json);
-}
-
-Result<SavedFile> save_sliced(const BrdfSource& source, const SaveOptions& options, const Progress& progress) {
-  SavedFile saved;
-  if (const auto* sliced = dynamic_cast<const SlicedSource*>(&source); sliced && !options.slices) {
-    SlicedBrdf copy = sliced->sliced();
-    const double precision = options.copy_precision.value_or(sliced->precision());
-    if (precision != sliced->precision()) copy.metadata = metadata_of_copy(copy.metadata, precision);
-    saved.bytes = encode_sliced(copy, sliced->lattice(), {precision, options.copy_chunks});
-    saved.remarks.push_back({"copied", 1, "copied without sampling again"});
-    return saved;
-  }
-  const SliceOptions slices = options.slices.value_or(SliceOptions{});
-  Result<Slicing> slicing = slice_source(source, slices, progress);
-  if (!slicing) return slicing.error();
-  saved.bytes = encode_sliced(slicing->sliced, slicing->lattice, slices.encoding);
-  remark_slicing(*slicing, source.traits().reciprocal, saved.remarks);
-  return saved;
-}
-
-constexpr std::array kFormats = {
-    Format{"sbrdf", ".sbrdf", "sliced BRDF", is_container, load_sliced, save_sliced},
-    Format{"merl", ".binary", "MERL table, isotropic, half/difference angles",
-           [](std::span<const std::byte> file) { return recognises_merl(file, file.size()); }, load_merl, save_merl},
-    Format{"rgl", ".bsdf", "RGL tensor file, RGB", recognises_rgl, load_rgl, nullptr},
+const std::array kFormats = {
+    Format{.name = "sbrdf",
+           .extension = ".sbrdf",
+           .description = "sliced BRDF",
+           .page = "sbrdf.md",
+           .capabilities = {Capability::kRead, Capability::kWrite, Capability::kParts, Capability::kLevels,
+                            Capability::kBundled, Capability::kMetadata},
+           .options = sliced_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(is_container(head)); },
+           .open = open_sliced,
+           .save = save_sliced,
+           .check = check_slice_options},
+    Format{.name = "merl",
+           .extension = ".binary",
+           .description = "MERL table, isotropic, half/difference angles",
+           .page = "merl.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .options = merl_options(),
+           .recognise = recognise_merl,
+           .open = [](Bytes bytes, const Options&) { return open_merl(std::move(bytes)); },
+           .save = save_merl},
+    Format{.name = "rgl",
+           .extension = ".bsdf",
+           .description = "RGL tensor file, RGB",
+           .page = "rgl.md",
+           .capabilities = {Capability::kRead},
+           .options = {},
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_rgl(head)); },
+           .open = [](Bytes bytes, const Options&) { return open_rgl(std::move(bytes)); }},
+    Format{.name = "sbrdfz",
+           .extension = ".sbrdfz",
+           .description = "bundle of sliced BRDFs; FILE.sbrdfz:NAME is one of them",
+           .page = "sbrdfz.md",
+           .capabilities = {Capability::kRead, Capability::kManyMaterials},
+           .options = bundle_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(is_bundle(head)); },
+           .open = open_bundle,
+           .material = material_of_bundle},
+    Format{.name = "kurt",
+           .extension = ".json",
+           .description = "parameters of a Kurt model",
+           .page = "kurt.md",
+           .capabilities = {Capability::kRead},
+           .options = {},
+           .recognise = [](Head head, std::uint64_t) { return recognise_kurt_file(head); },
+           .open = [](Bytes bytes, const Options&) { return open_kurt_file(*bytes); }},
 };
 
-bool is_text(std::span<const std::byte> file) {
-  const auto head = file.first(std::min<std::size_t>(file.size(), 512));
-  return std::all_of(head.begin(), head.end(), [](std::byte b) {
-    const int c = std::to_integer<int>(b);
-    return (c >= 32 && c != 127) || c == '\n' || c == '\r' || c == '\t';
-  });
+std::string files_of(const Format& format) { return std::string(format.extension) + " files"; }
+
+Error not_recognised(Head head, std::uint64_t size) {
+  if (const auto foreign = name_foreign(head)) return invalid_file("this is " + std::string(*foreign));
+  if (is_text(head)) return invalid_file("a text file of no format that is known here");
+  // A damaged MERL header looks like no format at all, so say what is wrong with it as one.
+  const Result<MerlShape> shape = parse_merl_shape(head, size);
+  std::string message = "not recognised: the content is of none of the formats listed by 'sbrdf formats'";
+  if (shape) return invalid_file(message);
+  return invalid_file(message + "; as a MERL table: " + shape.error().message, shape.error().offset);
 }
 
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
 
-Result<std::unique_ptr<BrdfSource>> load_source(std::span<const std::byte> file) {
-  if (file.empty()) return invalid_file("the file is empty");
+Result<const Format*> recognise(const ByteSource& bytes) {
+  if (bytes.size() == 0) return invalid_file("the file is empty");
+  const Result<std::vector<std::byte>> head = read_start(bytes, kHeadSize);
+  if (!head) return head.error();
+  const Format* damaged = nullptr;
   for (const Format& format : kFormats) {
-    if (format.load != nullptr && format.recognises(file)) return format.load(file);
+    const Match match = format.recognise(*head, bytes.size());
+    if (match == Match::kWhole) return &format;
+    if (match == Match::kDamaged) damaged = &format;
   }
-  if (is_text(file)) return invalid_file("a text file; no text format is known here");
-  // A table that was cut off has no exact size to be recognised by; its reader says what is missing.
-  if (resembles_merl(file)) return load_merl(file);
-  // MERL files have no magic: a damaged header looks like no format at all, so say what is wrong with it as one.
-  Error error = load_merl(file).error();
-  error.message = "not recognised: the content is of none of the formats listed by 'sbrdf formats'; as a MERL table: " +
-                  error.message;
-  return error;
+  if (damaged == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
+  return damaged;
+}
+
+Result<std::unique_ptr<BrdfSource>> open_source(std::shared_ptr<const ByteSource> bytes, const Options& options) {
+  const Result<const Format*> format = recognise(*bytes);
+  if (!format) return format.error();
+  const std::string whose = files_of(**format) + " that are read";
+  if (Status known = check_options(options, (*format)->options, OptionUse::kRead, whose); !known) return known.error();
+  return (*format)->open(std::move(bytes), options);
 }
 
 Result<const Format*> find_writer(std::string_view extension) {
   std::string known;
   for (const Format& format : kFormats) {
-    if (format.save == nullptr) continue;
+    if (!format.capabilities.has(Capability::kWrite)) continue;
     const bool same = std::equal(extension.begin(), extension.end(), format.extension.begin(), format.extension.end(),
                                  [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
     if (same) return &format;
     known += (known.empty() ? "" : ", ") + std::string(format.extension);
   }
   return usage_error("no format is written with the extension '" + std::string(extension) + "'; use one of " + known);
+}
+
+Status check_save(const Format& format, const Options& options) {
+  const std::string whose = files_of(format) + " that are written";
+  if (Status known = check_options(options, format.options, OptionUse::kWrite, whose); !known) return known;
+  return format.check == nullptr ? ok_status() : format.check(options);
+}
+
+namespace {
+
+/// Tells how large a file became.
+class CountingSink final : public ByteSink {
+ public:
+  explicit CountingSink(ByteSink& sink) : sink_(sink) {}
+
+  [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    std::uint64_t seen = size_;
+    const std::uint64_t end = offset + bytes.size();
+    while (seen < end && !size_.compare_exchange_weak(seen, end)) {
+    }
+    return sink_.write(offset, bytes);
+  }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+ private:
+  ByteSink& sink_;
+  std::atomic<std::uint64_t> size_ = 0;
+};
+
+}  // namespace
+
+Status save_source(const Format& format, const BrdfSource& source, ByteSink& sink, const Options& options,
+                   Report& report, const Progress& progress) {
+  if (!format.capabilities.has(Capability::kWrite)) return unsupported(files_of(format) + " cannot be written");
+  if (Status allowed = check_save(format, options); !allowed) return allowed;
+  report.findings = source.traits().findings;
+  CountingSink counting(sink);
+  Status saved = format.save(source, counting, options, report, progress);
+  report.bytes = counting.size();
+  return saved;
 }
 
 }  // namespace sbrdf

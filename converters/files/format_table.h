@@ -1,59 +1,36 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "converters/slicing/slicing.h"
-#include "converters/source/brdf_source.h"
-#include "converters/source/progress.h"
-#include "formats/merl/merl.h"
+#include "converters/files/format.h"
 
 namespace sbrdf {
 
-/// Something a conversion changed or lost, for people (`text`) and for scripts (`key`, `value`).
-struct Remark {
-  std::string key;  ///< such as "reciprocity_residual_percent"
-  double value = 0;
-  std::string text;  ///< such as "reciprocity residual 3.2 %: f(i,v) and f(v,i) were replaced by their mean"
-};
-
-/// What the writers may be told. Each uses the part that concerns it.
-struct SaveOptions {
-  std::optional<SliceOptions> slices;    ///< not given: a sliced source is copied as it is, others use the defaults
-  std::optional<double> copy_precision;  ///< of such a copy; not given: that of the source
-  ChunkSize copy_chunks = ChunkSize::kAuto;
-  std::optional<MerlShape> merl_shape;  ///< not given: a MERL source is copied bit for bit, others get kMerlShape
-};
-
-struct SavedFile {
-  std::vector<std::byte> bytes;
-  std::vector<Remark> remarks;
-};
-
-/// One row per format. A new format is one row here, one file in converters/ and one folder in formats/.
-struct Format {
-  std::string_view name;
-  std::string_view extension;  ///< decides what is written; what is read is recognised by content
-  std::string_view description;
-  bool (*recognises)(std::span<const std::byte> file) = nullptr;
-  Result<std::unique_ptr<BrdfSource>> (*load)(std::span<const std::byte> file) = nullptr;  ///< nullptr: not readable
-  Result<SavedFile> (*save)(const BrdfSource& source, const SaveOptions& options,
-                            const Progress& progress) = nullptr;  ///< nullptr: not writable
-};
-
+/// All rows. Nothing depends on their order but lists for people.
 [[nodiscard]] std::span<const Format> formats();
 
-/// Recognised by content, never by extension. An error where no row, or only a damaged file of a row, matches: empty
-/// files, text and foreign formats are told apart where that helps.
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_source(std::span<const std::byte> file);
+/// The row that a file belongs to, by the beginning of its content and never by its extension. An error, worded for
+/// people, where it is empty, text, or of a kind that is known to be no BRDF: a web page, an archive and the like.
+[[nodiscard]] Result<const Format*> recognise(const ByteSource& bytes);
+
+/// Opens a file of any readable format. The source keeps `bytes` for as long as it needs them. kUsage for an option
+/// that the file's format does not have for reading, or a value that it may not have; otherwise as the format says.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_source(std::shared_ptr<const ByteSource> bytes,
+                                                              const Options& options = {});
 
 /// The writable format of an extension such as ".sbrdf", letter case ignored; kUsage listing the writable ones
 /// otherwise.
 [[nodiscard]] Result<const Format*> find_writer(std::string_view extension);
+
+/// Whether a format can be written with these options; kUsage naming those that it does not have, that have a value
+/// that may not be, or that contradict each other. For asking before long work: save_source asks again.
+[[nodiscard]] Status check_save(const Format& format, const Options& options);
+
+/// Writes a source as a file of a writable format, and everything there is to report. An error leaves the sink in any
+/// state: write to one that can be dropped.
+[[nodiscard]] Status save_source(const Format& format, const BrdfSource& source, ByteSink& sink, const Options& options,
+                                 Report& report, const Progress& progress = {});
 
 }  // namespace sbrdf

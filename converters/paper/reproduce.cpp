@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/models/kurt.h"
 #include "formats/core/parallel.h"

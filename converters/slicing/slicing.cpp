@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "codec/file/value_scaling.h"
+#include "codec/material/evaluator.h"
+#include "converters/slicing/names.h"
 #include "converters/source/reciprocity.h"
 #include "converters/source/symmetry_detection.h"
 
@@ -308,7 +310,7 @@ class Slicer {
     json["precision_percent"] = rounded(100 * options_.encoding.precision);
     json["symmetrised"] = !traits.reciprocal;
     json["reciprocity_residual_percent"] = rounded(report.reciprocity_difference_percent);
-    json["refinement"] = options_.refinement == Refinement::kBySource ? "true" : "measured";
+    json["refinement"] = name_of(kRefinementNames, options_.refinement);
     json["zero_values"] = report.zero_values;
     json["negative_values"] = report.negative_values;
     json["error"] = {{"mre_percent", rounded(report.error.mre_percent)},
@@ -358,33 +360,6 @@ Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& optio
                         " values sampled is positive; this is no reflectance");
   }
   return slicing;
-}
-
-SlicedSource::SlicedSource(DecodedSliced decoded)
-    : decoded_(std::move(decoded)), evaluator_(decoded_.sliced, decoded_.lattice) {
-  traits_.format = "sbrdf";
-  traits_.description = "sliced BRDF, " + std::string(geometry(decoded_.sliced.frame.id).name()) + " frame";
-  traits_.channels = decoded_.sliced.channels;
-  traits_.isotropic = decoded_.sliced.frame.symmetries.isotropic;
-  traits_.reciprocal = true;
-}
-
-void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
-  const std::size_t channels = channel_count();
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const std::span<float> target = values.subspan(k * channels, channels);
-    if (std::max(pairs[k].i.theta, pairs[k].v.theta) > kPi / 2) {
-      std::fill(target.begin(), target.end(), 0.0F);
-    } else {
-      evaluator_.evaluate(pairs[k], target);
-    }
-  }
-}
-
-Result<std::unique_ptr<BrdfSource>> load_sliced(std::span<const std::byte> bytes) {
-  Result<DecodedSliced> decoded = decode_sliced(bytes);
-  if (!decoded) return decoded.error();
-  return std::unique_ptr<BrdfSource>(std::make_unique<SlicedSource>(std::move(decoded).value()));
 }
 
 }  // namespace sbrdf

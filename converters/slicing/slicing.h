@@ -1,14 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "codec/file/encoder.h"
-#include "codec/material/evaluator.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/sampling/adaptive_sampling.h"
 #include "codec/search/held_back.h"
@@ -103,28 +101,5 @@ struct Slicing {
 /// has a finite error; interrupted_error() where `progress` asked to stop.
 [[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
                                            const Progress& progress = {});
-
-/// A sliced BRDF that can be evaluated.
-class SlicedSource final : public BrdfSource {
- public:
-  explicit SlicedSource(DecodedSliced decoded);
-
-  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
-  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
-
-  [[nodiscard]] const SlicedBrdf& sliced() const { return decoded_.sliced; }
-  [[nodiscard]] const Lattice& lattice() const { return decoded_.lattice; }
-  /// Of the container that it was read from, such as "1.0"; empty where there was none.
-  [[nodiscard]] const std::string& version() const { return decoded_.version; }
-  /// Bound on the relative error of every sample against what was measured; 0: none, samples are exact.
-  [[nodiscard]] double precision() const { return decoded_.precision; }
-
- private:
-  DecodedSliced decoded_;
-  SourceTraits traits_;
-  Evaluator evaluator_;
-};
-
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_sliced(std::span<const std::byte> bytes);
 
 }  // namespace sbrdf

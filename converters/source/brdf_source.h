@@ -4,12 +4,16 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
 namespace sbrdf {
+
+class ByteSource;
+struct DecodedSliced;
 
 /// Something the reader saw in a file that its user should know: negative cells, unmeasured cells and the like.
 struct Finding {
@@ -26,6 +30,7 @@ struct SourceTraits {
   bool isotropic = false;             ///< values depend on phi_i - phi_v only
   bool reciprocal = false;            ///< f(i,v) = f(v,i) by construction
   std::vector<Finding> findings;
+  std::vector<std::uint32_t> shape;  ///< of a dense table: cells along each axis, slowest first; empty for what is none
 };
 
 /// Anything that can be evaluated: an analytic model, a dense table, a measured file, a sliced file. The single meeting
@@ -43,6 +48,17 @@ class BrdfSource {
   /// f_r [1/sr], without any cosine. `values` has pairs.size() x channels entries, channel fastest. theta beyond pi/2
   /// gives 0; values are finite, and may be negative where the source's data are.
   virtual void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const = 0;
+
+  // What a writer may use instead of evaluating, so that copies lose nothing. A source offers what it has; a writer
+  // asks for what it can use and falls back to `evaluate`. Nobody needs to know which class a source is.
+
+  /// The slices of a source that consists of slices, such as a sliced file; valid as long as the source. nullptr
+  /// otherwise.
+  [[nodiscard]] virtual const DecodedSliced* sliced() const { return nullptr; }
+
+  /// The file of a format (the name of its row) that says exactly what this source says: its bytes are a perfect copy.
+  /// nullptr where there is none of that format, and where options of reading changed the meaning of the values.
+  [[nodiscard]] virtual std::shared_ptr<const ByteSource> stored(std::string_view /*format*/) const { return nullptr; }
 
   [[nodiscard]] std::size_t channel_count() const { return traits().channels.size(); }
 };

@@ -4,7 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,6 +28,12 @@ class ByteSource {
   [[nodiscard]] virtual std::uint64_t size() const = 0;
   /// Fills `target` with the bytes from `offset` on; the range lies within `size()`.
   [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> target) const = 0;
+
+  /// All bytes where they have an address, in memory or mapped, so that a reader of large files needs no copy; valid
+  /// for as long as the source. Nothing where reading is the only way.
+  [[nodiscard]] virtual std::optional<std::span<const std::byte>> view() const { return std::nullopt; }
+  /// Where the file lies, for libraries that insist on opening it themselves; empty for bytes that are no whole file.
+  [[nodiscard]] virtual std::string path() const { return {}; }
 };
 
 /// Bytes that somebody else keeps, at least for as long as this lives: a file read whole, or mapped.
@@ -37,9 +46,29 @@ class MemorySource final : public ByteSource {
     std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), target.size(), target.begin());
     return ok_status();
   }
+  [[nodiscard]] std::optional<std::span<const std::byte>> view() const override { return bytes_; }
 
  private:
   std::span<const std::byte> bytes_;
+};
+
+/// Bytes of its own.
+class OwnedMemorySource final : public ByteSource {
+ public:
+  /// `path` is that of the file that they were read from; may be empty.
+  explicit OwnedMemorySource(std::vector<std::byte> bytes, std::string path = {})
+      : bytes_(std::move(bytes)), path_(std::move(path)) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
+  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
+    return MemorySource(bytes_).read(offset, target);
+  }
+  [[nodiscard]] std::optional<std::span<const std::byte>> view() const override { return bytes_; }
+  [[nodiscard]] std::string path() const override { return path_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+  std::string path_;
 };
 
 /// Any way to get at a range of bytes, such as a request over a network.
@@ -67,6 +96,21 @@ class CallbackSource final : public ByteSource {
   std::vector<std::byte> bytes(static_cast<std::size_t>(size));
   if (Status status = source.read(offset, bytes); !status) return status.error();
   return bytes;
+}
+
+/// The first `size` bytes, or all where there are fewer.
+[[nodiscard]] inline Result<std::vector<std::byte>> read_start(const ByteSource& source, std::uint64_t size) {
+  return read_range(source, 0, std::min(size, source.size()));
+}
+
+/// The source itself where it has a view, else its bytes read into memory once. For formats whose readers go back and
+/// forth: the span is view() of what is returned.
+[[nodiscard]] inline Result<std::shared_ptr<const ByteSource>> with_view(std::shared_ptr<const ByteSource> source) {
+  if (source->view()) return source;
+  Result<std::vector<std::byte>> bytes = read_range(*source, 0, source->size());
+  if (!bytes) return bytes.error();
+  return std::shared_ptr<const ByteSource>(
+      std::make_shared<OwnedMemorySource>(std::move(bytes).value(), source->path()));
 }
 
 }  // namespace sbrdf

@@ -19,7 +19,8 @@ std::string times(const MerlShape& shape) {
   return std::to_string(shape[0]) + " x " + std::to_string(shape[1]) + " x " + std::to_string(shape[2]);
 }
 
-Result<MerlShape> parse_shape(ByteReader& in) {
+Result<MerlShape> parse_counts(std::span<const std::byte> head) {
+  ByteReader in(head);
   const std::array<std::int32_t, 3> counts = {in.i32(), in.i32(), in.i32()};
   if (!in.ok()) {
     Error error = in.error();
@@ -39,6 +40,19 @@ Result<MerlShape> parse_shape(ByteReader& in) {
   return shape;
 }
 
+std::uint64_t float32_file_size(const MerlShape& shape) {
+  return kMerlHeaderSize + kMerlChannelCount * sizeof(float) * merl_cell_count(shape);
+}
+
+// Sane counts in the other order, and a size that fits them: too much for chance.
+bool is_big_endian(std::span<const std::byte> head, std::uint64_t file_size) {
+  if (head.size() < kMerlHeaderSize) return false;
+  std::array<std::byte, kMerlHeaderSize> swapped{};
+  for (std::size_t k = 0; k < swapped.size(); ++k) swapped[k] = head[k / 4 * 4 + 3 - k % 4];
+  const Result<MerlShape> shape = parse_counts(swapped);
+  return shape && (file_size == merl_file_size(*shape) || file_size == float32_file_size(*shape));
+}
+
 }  // namespace
 
 bool is_sane_merl_shape(const MerlShape& shape) {
@@ -47,42 +61,56 @@ bool is_sane_merl_shape(const MerlShape& shape) {
 
 double merl_theta_h_position(double theta_h, std::uint32_t count) { return count * std::sqrt(theta_h / (kPi / 2)); }
 
-bool recognises_merl(std::span<const std::byte> head, std::uint64_t total_size) {
-  ByteReader in(head);
-  const Result<MerlShape> shape = parse_shape(in);
-  return shape.ok() && merl_file_size(*shape) == total_size;
+Result<MerlShape> parse_merl_shape(std::span<const std::byte> head, std::uint64_t file_size) {
+  const Result<MerlShape> shape = parse_counts(head);
+  if (!shape && is_big_endian(head, file_size)) {
+    return unsupported("a MERL table in big-endian byte order; only little-endian ones can be read", 0);
+  }
+  if (!shape) return shape.error();
+  const std::uint64_t expected = merl_file_size(*shape);
+  if (file_size == expected) return shape;
+  if (file_size == float32_file_size(*shape)) {
+    return unsupported("a MERL table of " + times(*shape) +
+                           " cells that has exactly the size of float32 values; only float64 ones can be read",
+                       kMerlHeaderSize);
+  }
+  return invalid_file((file_size < expected ? "truncated MERL file: " : "bytes after the end of the MERL table: ") +
+                          times(*shape) + " cells need " + std::to_string(expected) + " bytes, the file has " +
+                          std::to_string(file_size),
+                      std::min(file_size, expected));
 }
 
-bool resembles_merl(std::span<const std::byte> head) {
-  ByteReader in(head);
-  return parse_shape(in).ok();
+bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size) {
+  return parse_merl_shape(head, file_size).ok();
+}
+
+bool resembles_merl(std::span<const std::byte> head, std::uint64_t file_size) {
+  return parse_counts(head).ok() || is_big_endian(head, file_size);
 }
 
 Result<MerlTable> parse_merl(std::span<const std::byte> bytes) {
-  ByteReader in(bytes);
-  const Result<MerlShape> shape = parse_shape(in);
+  const Result<MerlShape> shape = parse_merl_shape(bytes, bytes.size());
   if (!shape) return shape.error();
-  const std::uint64_t expected = merl_file_size(*shape);
-  if (bytes.size() != expected) {
-    return invalid_file(
-        (bytes.size() < expected ? "truncated MERL file: " : "bytes after the end of the MERL table: ") +
-            times(*shape) + " cells need " + std::to_string(expected) + " bytes, the file has " +
-            std::to_string(bytes.size()),
-        std::min<std::uint64_t>(bytes.size(), expected));
-  }
   MerlTable table;
   table.shape = *shape;
   table.values.resize(kMerlChannelCount * merl_cell_count(*shape));
-  const auto block = in.bytes(in.remaining());
+  const auto block = bytes.subspan(kMerlHeaderSize);
   std::memcpy(table.values.data(), block.data(), block.size());
   return table;
 }
 
+std::array<std::byte, kMerlHeaderSize> emit_merl_header(const MerlShape& shape) {
+  assert(is_sane_merl_shape(shape));
+  std::array<std::byte, kMerlHeaderSize> header{};
+  std::memcpy(header.data(), shape.data(), header.size());
+  return header;
+}
+
 std::vector<std::byte> emit_merl(const MerlTable& table) {
-  assert(is_sane_merl_shape(table.shape));
   assert(table.values.size() == kMerlChannelCount * merl_cell_count(table.shape));
   std::vector<std::byte> bytes(merl_file_size(table.shape));
-  std::memcpy(bytes.data(), table.shape.data(), kMerlHeaderSize);
+  const auto header = emit_merl_header(table.shape);
+  std::memcpy(bytes.data(), header.data(), header.size());
   std::memcpy(bytes.data() + kMerlHeaderSize, table.values.data(), bytes.size() - kMerlHeaderSize);
   return bytes;
 }

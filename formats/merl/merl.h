@@ -60,19 +60,28 @@ struct MerlTable {
 /// The inverse of merl_theta_h, for theta_h in [0, pi/2].
 [[nodiscard]] double merl_theta_h_position(double theta_h, std::uint32_t count);
 
-/// The file is a whole MERL table: sane counts, and exactly the size that they ask for. `head` are the first bytes of
-/// the file (kMerlHeaderSize suffice).
-[[nodiscard]] bool recognises_merl(std::span<const std::byte> head, std::uint64_t total_size);
+/// The shape of a table, from the first bytes of a file (kMerlHeaderSize suffice) and its whole size. kInvalidFile
+/// where the header is cut off, where a count is outside [1, kMerlMaxCount], or where the size is not exactly that of
+/// the shape; kUnsupported, saying so, where the size is that of 32-bit floats or the counts make sense as big-endian
+/// ones.
+[[nodiscard]] Result<MerlShape> parse_merl_shape(std::span<const std::byte> head, std::uint64_t file_size);
 
-/// The file begins as a MERL table does but may have another size. Text and the other formats here do not begin so.
-/// Where no format recognises a file, this one's error is the one to give: it tells how many bytes are missing.
-[[nodiscard]] bool resembles_merl(std::span<const std::byte> head);
+/// The file is a whole MERL table: parse_merl_shape takes it.
+[[nodiscard]] bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size);
 
-/// kInvalidFile where the header is cut off, where a count is outside [1, kMerlMaxCount], or where the size is not
-/// exactly that of the shape. Nothing is allocated before. The values are not judged.
+/// The file begins as a MERL table does but may have another size, or is one in big-endian order. Text and the other
+/// formats here do not begin so. Where no format recognises a file, this one's error is the one to give: it tells how
+/// many bytes are missing, or what was meant.
+[[nodiscard]] bool resembles_merl(std::span<const std::byte> head, std::uint64_t file_size);
+
+/// The bytes of a whole file. Errors as of parse_merl_shape; nothing is allocated before. The values are not judged.
+/// Large tables need not be copied: parse_merl_shape and a view of the file do.
 Result<MerlTable> parse_merl(std::span<const std::byte> bytes);
 
-/// The inverse, bit for bit. `values` must have the length that `shape` asks for.
+/// What a file begins with; the values follow.
+[[nodiscard]] std::array<std::byte, kMerlHeaderSize> emit_merl_header(const MerlShape& shape);
+
+/// The inverse of parse_merl, bit for bit. `values` must have the length that `shape` asks for.
 [[nodiscard]] std::vector<std::byte> emit_merl(const MerlTable& table);
 
 }  // namespace sbrdf

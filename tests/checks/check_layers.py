@@ -32,7 +32,7 @@ ROOMS = {
         "slicing": ["source"],
         "files": ["source", "models", "slicing"],
         "judge": ["source", "slicing"],
-        "paper": ["source", "models", "slicing", "judge"],
+        "paper": ["source", "models", "slicing", "files", "judge"],
         "stress": ["source", "models", "slicing", "files", "judge"],
         "api": ["source", "models", "slicing", "files", "judge"],
     },

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/models/kurt.h"
 #include "converters/paper/reproduce.h"

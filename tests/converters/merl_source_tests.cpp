@@ -12,7 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "converters/files/merl.h"
+#include "converters/files/merl/merl_source.h"
+#include "converters/files/merl/merl_writer.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf {
@@ -49,8 +50,12 @@ std::array<float, 3> value_at(const BrdfSource& source, const DirectionPair& pai
   return value;
 }
 
-std::unique_ptr<MerlSource> source_of(MerlTable table) {
-  auto source = MerlSource::make(std::move(table));
+Result<std::unique_ptr<MerlSource>> make_source(const MerlTable& table) {
+  return MerlSource::make(std::make_shared<OwnedMemorySource>(emit_merl(table)));
+}
+
+std::unique_ptr<MerlSource> source_of(const MerlTable& table) {
+  auto source = make_source(table);
   EXPECT_TRUE(source.ok());
   return std::move(source).value();
 }
@@ -78,6 +83,19 @@ class FunctionSource final : public BrdfSource {
 FunctionSource constant_source(std::vector<float> value) {
   const std::size_t channels = value.size();
   return {channels, [value = std::move(value)](const DirectionPair&) { return value; }};
+}
+
+struct Resampling {
+  MerlTable table;
+  MerlReport report;
+};
+
+/// The table that resample_merl writes, as a reader gets it.
+Result<Resampling> resample(const BrdfSource& source, const MerlShape& shape, const Progress& progress = {}) {
+  MemorySink sink;
+  const Result<MerlReport> report = resample_merl(source, shape, sink, progress);
+  if (!report) return report.error();
+  return Resampling{parse_merl(std::move(sink).take()).value(), *report};
 }
 
 TEST(MerlSource, GivesScaledValuesAtCellCentres) {
@@ -234,8 +252,11 @@ TEST(MerlSource, KeepsTheTableBitForBit) {
   MerlTable table = random_table({5, 4, 6});
   mark(table, 1, 2, 3);
   value_of(table, 0, 0, 0, 0) = -0.0;
-  const std::vector<std::byte> expected = emit_merl(table);
-  EXPECT_EQ(emit_merl(source_of(table)->table()), expected);
+  const auto source = source_of(table);
+  const std::shared_ptr<const ByteSource> stored = source->stored("merl");
+  ASSERT_NE(stored, nullptr);
+  EXPECT_EQ(read_range(*stored, 0, stored->size()).value(), emit_merl(table));
+  EXPECT_EQ(source->stored("sbrdf"), nullptr);
 }
 
 TEST(MerlSource, RefusesNanAndInfinityAndNamesTheFirst) {
@@ -244,7 +265,7 @@ TEST(MerlSource, RefusesNanAndInfinityAndNamesTheFirst) {
     MerlTable table = random_table({5, 4, 6});
     value_of(table, 1, 2, 3, 4) = bad;
     value_of(table, 2, 0, 0, 1) = bad;
-    const auto source = MerlSource::make(table);
+    const auto source = make_source(table);
     ASSERT_FALSE(source.ok());
     EXPECT_EQ(source.error().code, ErrorCode::kInvalidFile);
     EXPECT_EQ(source.error().offset, 12u + 8u * (120 + 48 + 18 + 4));
@@ -256,7 +277,7 @@ TEST(MerlSource, RefusesNanAndInfinityAndNamesTheFirst) {
 
 TEST(MerlSource, RefusesTablesWithNothingPositive) {
   for (const double value : {0.0, -0.0, -1.0}) {
-    const auto source = MerlSource::make({{2, 2, 2}, std::vector<double>(24, value)});
+    const auto source = make_source({{2, 2, 2}, std::vector<double>(24, value)});
     ASSERT_FALSE(source.ok());
     EXPECT_EQ(source.error().code, ErrorCode::kInvalidFile);
     EXPECT_NE(source.error().message.find("positive"), std::string::npos);
@@ -268,7 +289,7 @@ TEST(MerlResample, EvaluatesCellCentresAndMarksThoseBelowTheHorizon) {
     const HalfDifference angles = half_difference_from_pair(pair);
     return {static_cast<float>(angles.theta_h), static_cast<float>(angles.theta_d), static_cast<float>(angles.phi_d)};
   });
-  auto result = resample_merl(source, {12, 10, 14});
+  auto result = resample(source, {12, 10, 14});
   ASSERT_TRUE(result.ok());
   MerlTable& table = result->table;
   std::uint64_t below = 0;
@@ -295,7 +316,7 @@ TEST(MerlResample, EvaluatesCellCentresAndMarksThoseBelowTheHorizon) {
 TEST(MerlResample, OfATableAtItsOwnShapeReturnsItsValues) {
   MerlTable table = random_table({9, 8, 10});
   value_of(table, 2, 3, 3, 3) = -7;
-  const auto result = resample_merl(*source_of(table), table.shape);
+  const auto result = resample(*source_of(table), table.shape);
   ASSERT_TRUE(result.ok());
   for (std::size_t n = 0; n < table.values.size(); ++n) {
     const std::size_t cell = n % 720;
@@ -311,37 +332,83 @@ TEST(MerlResample, GivesTheSameBitsForAnyNumberOfThreads) {
   std::vector<std::vector<std::byte>> files;
   for (const std::size_t threads : {1u, 2u, 5u}) {
     const ThreadLimit limit(threads);
-    files.push_back(emit_merl(resample_merl(*source, {20, 20, 20})->table));
+    files.push_back(emit_merl(resample(*source, {20, 20, 20})->table));
   }
   EXPECT_EQ(files[0], files[1]);
   EXPECT_EQ(files[0], files[2]);
 }
 
 TEST(MerlResample, CountsNegativeCells) {
-  const auto some = resample_merl(constant_source({1, -1, 1}), {4, 4, 4});
+  const auto some = resample(constant_source({1, -1, 1}), {4, 4, 4});
   ASSERT_TRUE(some.ok());
   EXPECT_EQ(some->report.some_negative, 64 - some->report.below_horizon);
   EXPECT_EQ(some->report.all_negative, 0u);
-  const auto all = resample_merl(constant_source({-1, -2, -1}), {4, 4, 4});
+  // Positive in the four cells of the first row.
+  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+    const HalfDifference angles = half_difference_from_pair(pair);
+    return angles.theta_h < 0.05 && angles.theta_d < 0.3 ? std::vector<float>{1, 1, 1} : std::vector<float>{-1, -2, -1};
+  });
+  const auto all = resample(source, {4, 4, 4});
   ASSERT_TRUE(all.ok());
   EXPECT_EQ(all->report.some_negative, 0u);
-  EXPECT_EQ(all->report.all_negative, 64 - all->report.below_horizon);
+  EXPECT_EQ(all->report.all_negative, 60 - all->report.below_horizon);
+}
+
+TEST(MerlResample, WritesNothingThatNoReaderTakes) {
+  for (const float value : {0.0F, -0.0F, -1.0F}) {
+    const auto nothing_positive = resample(constant_source({value, value, value}), {4, 4, 4});
+    ASSERT_FALSE(nothing_positive.ok());
+    EXPECT_EQ(nothing_positive.error().code, ErrorCode::kInvalidFile);
+    EXPECT_NE(nothing_positive.error().message.find("positive"), std::string::npos);
+  }
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const float value : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity, 2e38F, -2e38F}) {
+    const auto too_large = resample(constant_source({1, value, 1}), {4, 4, 4});
+    ASSERT_FALSE(too_large.ok());
+    EXPECT_EQ(too_large.error().code, ErrorCode::kInvalidFile);
+    EXPECT_NE(too_large.error().message.find("channel G"), std::string::npos) << too_large.error().message;
+  }
+}
+
+TEST(MerlResample, WritesWhatMerlSourceReadsUpToTheLargestValue) {
+  for (const float value : {1e-45F, 1.0F, 9.9e37F}) {
+    MemorySink sink;
+    ASSERT_TRUE(resample_merl(constant_source({value, value, -value}), {4, 4, 4}, sink).ok());
+    EXPECT_TRUE(MerlSource::make(std::make_shared<OwnedMemorySource>(std::move(sink).take())).ok()) << value;
+  }
+}
+
+TEST(MerlResample, GivesTheSameFileInManyBlocksAsInOne) {
+  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+    return {static_cast<float>(pair.i.theta), static_cast<float>(pair.v.theta), 1};
+  });
+  const auto table = resample(source, {60, 60, 40});  // 144,000 cells, two blocks
+  ASSERT_TRUE(table.ok());
+  for (const std::uint64_t cell :
+       {std::uint64_t{0}, std::uint64_t{131'071}, std::uint64_t{131'072}, std::uint64_t{143'999}}) {
+    const std::uint64_t row = cell / 40;
+    const DirectionPair pair = pair_from_half_difference({merl_theta_h(static_cast<double>(row / 60) + 0.5, 60), 0,
+                                                          merl_theta_d(static_cast<double>(row % 60) + 0.5, 60),
+                                                          merl_phi_d(static_cast<double>(cell % 40) + 0.5, 40)});
+    const double expected = is_above(pair) ? static_cast<float>(pair.i.theta) / kMerlScale[0] : -1;
+    EXPECT_EQ(table->table.values[cell], expected) << cell;
+  }
 }
 
 TEST(MerlResample, SaysWhatTheSourceLoses) {
   FunctionSource source = constant_source({1, 1, 1});
-  const auto nothing = resample_merl(source, {2, 2, 2});
+  const auto nothing = resample(source, {2, 2, 2});
   EXPECT_FALSE(nothing->report.anisotropic_source_cut);
   EXPECT_FALSE(nothing->report.source_not_reciprocal);
   EXPECT_FALSE(nothing->report.channel_repeated);
   source.traits().isotropic = source.traits().reciprocal = false;
-  const auto both = resample_merl(source, {2, 2, 2});
+  const auto both = resample(source, {2, 2, 2});
   EXPECT_TRUE(both->report.anisotropic_source_cut);
   EXPECT_TRUE(both->report.source_not_reciprocal);
 }
 
 TEST(MerlResample, RepeatsASingleChannel) {
-  const auto result = resample_merl(constant_source({0.5f}), {1, 2, 2});
+  const auto result = resample(constant_source({0.5f}), {1, 2, 2});
   ASSERT_TRUE(result.ok());
   EXPECT_TRUE(result->report.channel_repeated);
   EXPECT_NEAR(result->table.values[0], 0.5 * 1500, 1e-9);
@@ -351,7 +418,7 @@ TEST(MerlResample, RepeatsASingleChannel) {
 
 TEST(MerlResample, RefusesOtherChannelCounts) {
   for (const std::size_t channels : {2u, 4u, 31u}) {
-    const auto result = resample_merl(constant_source(std::vector<float>(channels, 1)), {2, 2, 2});
+    const auto result = resample(constant_source(std::vector<float>(channels, 1)), {2, 2, 2});
     ASSERT_FALSE(result.ok());
     EXPECT_EQ(result.error().code, ErrorCode::kUnsupported);
   }
@@ -360,7 +427,7 @@ TEST(MerlResample, RefusesOtherChannelCounts) {
 TEST(MerlResample, RefusesShapesOutOfRange) {
   const FunctionSource source = constant_source({1, 1, 1});
   for (const MerlShape& shape : {MerlShape{0, 2, 2}, MerlShape{2, 4097, 2}, MerlShape{4096, 4096, 4096}}) {
-    const auto result = resample_merl(source, shape);
+    const auto result = resample(source, shape);
     ASSERT_FALSE(result.ok());
     EXPECT_EQ(result.error().code, ErrorCode::kUsage);
   }
@@ -372,7 +439,7 @@ TEST(MerlResample, RefusesSourcesThatGiveNanAndNamesTheFirstCell) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     return {theta_d > 0.3 ? nan : 1, theta_d < 0.3 ? nan : 1, 1};
   });
-  const auto result = resample_merl(source, {4, 9, 4});
+  const auto result = resample(source, {4, 9, 4});
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::kInvalidFile);
   EXPECT_NE(result.error().message.find("theta_h 0, theta_d 2, phi_d 0, channel R"), std::string::npos)
@@ -381,10 +448,10 @@ TEST(MerlResample, RefusesSourcesThatGiveNanAndNamesTheFirstCell) {
 
 TEST(MerlResample, ReportsGrowingProgressUpToOne) {
   std::vector<double> fractions;
-  const auto result = resample_merl(constant_source({1, 1, 1}), {30, 30, 2}, {[&](double fraction) {
-                                      fractions.push_back(fraction);
-                                      return true;
-                                    }});
+  const auto result = resample(constant_source({1, 1, 1}), {30, 30, 2}, {[&](double fraction) {
+                                 fractions.push_back(fraction);
+                                 return true;
+                               }});
   ASSERT_TRUE(result.ok());
   ASSERT_FALSE(fractions.empty());
   EXPECT_LE(fractions.size(), 257u);
@@ -398,7 +465,7 @@ TEST(MerlResample, StopsWhenAsked) {
     ++evaluations;
     return {1, 1, 1};
   });
-  const auto result = resample_merl(source, {100, 100, 4}, {[](double) { return false; }});
+  const auto result = resample(source, {100, 100, 4}, {[](double) { return false; }});
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::kIo);
   EXPECT_EQ(result.error().message, "interrupted");

@@ -1,4 +1,4 @@
-#include "converters/files/rgl.h"
+#include "converters/files/rgl/rgl.h"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "converters/files/rgl_tables.h"
+#include "converters/files/rgl/rgl_tables.h"
 #include "formats/rgl/rgl_material.h"
 #include "tests/support/rgl_small_material.h"
 #include "tests/support/test_data.h"

@@ -1,4 +1,5 @@
 #include "converters/slicing/slicing.h"
+#include "converters/files/sliced/sliced.h"
 
 #include <algorithm>
 #include <array>
@@ -155,7 +156,7 @@ TEST(SliceSource, GivesTheSameBytesOnAnyNumberOfThreads) {
 }
 
 std::unique_ptr<BrdfSource> through_a_file(const Slicing& slicing) {
-  return load_sliced(encode_sliced(slicing.sliced, slicing.lattice)).value();
+  return open_sliced(std::make_shared<OwnedMemorySource>(encode_sliced(slicing.sliced, slicing.lattice)), {}).value();
 }
 
 TEST(SlicedSource, ComesBackFromAFileAsItWasAndEvaluatesAlike) {
@@ -186,7 +187,9 @@ TEST(SlicedSource, IsZeroBelowTheHorizon) {
   EXPECT_GT(values[0], 0);
 }
 
-TEST(LoadSliced, RefusesWhatIsNoSlicedFile) { EXPECT_FALSE(load_sliced(std::vector<std::byte>(100))); }
+TEST(OpenSliced, RefusesWhatIsNoSlicedFile) {
+  EXPECT_FALSE(open_sliced(std::make_shared<OwnedMemorySource>(std::vector<std::byte>(100)), {}));
+}
 
 double mean_relative_error(const BrdfSource& reference, std::uint64_t samples, DomainKind domain) {
   SliceOptions options;

@@ -97,6 +97,7 @@ TEST(MerlParse, RejectsEveryTruncatedPrefix) {
   for (std::size_t size = 0; size < file.size(); ++size) {
     const auto table = with_exact_copy(file, size, parse_merl);
     ASSERT_FALSE(table.ok()) << size;
+    if (size == 12 + 4 * 24) continue;  // the size of float32 values, see MerlRecognition
     EXPECT_EQ(table.error().code, ErrorCode::kInvalidFile);
     EXPECT_NE(table.error().message.find("truncated"), std::string::npos) << table.error().message;
     EXPECT_EQ(table.error().offset, size < 12 ? size / 4 * 4 : size);
@@ -156,16 +157,39 @@ TEST(MerlRecognition, NeedsTheExactSize) {
 }
 
 TEST(MerlRecognition, TruncatedFileStillResemblesATable) {
-  EXPECT_TRUE(resembles_merl(header_of(90, 90, 180)));
-  EXPECT_FALSE(resembles_merl(std::span<const std::byte>{}));
-  EXPECT_FALSE(resembles_merl(header_of(90, 0, 180)));
+  EXPECT_TRUE(resembles_merl(header_of(90, 90, 180), 5000));
+  EXPECT_FALSE(resembles_merl(std::span<const std::byte>{}, 0));
+  EXPECT_FALSE(resembles_merl(header_of(90, 0, 180), 5000));
+}
+
+TEST(MerlRecognition, NamesFloat32Values) {
+  const auto shape = parse_merl_shape(header_of(20, 20, 40), 12 + 3 * 4 * 16'000);
+  ASSERT_FALSE(shape.ok());
+  EXPECT_EQ(shape.error().code, ErrorCode::kUnsupported);
+  EXPECT_THAT(shape.error().message, testing::HasSubstr("20 x 20 x 40 cells that has exactly the size of float32"));
+  EXPECT_TRUE(resembles_merl(header_of(20, 20, 40), 12 + 3 * 4 * 16'000));
+}
+
+TEST(MerlRecognition, NamesBigEndianTables) {
+  const Bytes head = header_of(0x14000000, 0x14000000, 0x28000000);
+  for (const std::uint64_t value_size : {4, 8}) {
+    const std::uint64_t size = 12 + 3 * value_size * 16'000;
+    const auto shape = parse_merl_shape(head, size);
+    ASSERT_FALSE(shape.ok());
+    EXPECT_EQ(shape.error().code, ErrorCode::kUnsupported);
+    EXPECT_THAT(shape.error().message, testing::HasSubstr("big-endian"));
+    EXPECT_TRUE(resembles_merl(head, size));
+    // Another size may be anything.
+    EXPECT_FALSE(resembles_merl(head, size + 1));
+    EXPECT_EQ(parse_merl_shape(head, size + 1).error().code, ErrorCode::kInvalidFile);
+  }
 }
 
 TEST(MerlRecognition, TextAndOtherFormatsDoNotResembleATable) {
   for (const char* text : {"# a text file\n", "tensor_file\0\1", "SCATFUN\1\0\0\0\1", "\1\0\0\0hello world"}) {
     Bytes head(12);
     std::memcpy(head.data(), text, 12);
-    EXPECT_FALSE(resembles_merl(head)) << text;
+    EXPECT_FALSE(resembles_merl(head, 100)) << text;
   }
 }
 

@@ -15,7 +15,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "converters/files/rgl.h"
+#include "converters/files/rgl/rgl.h"
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
 #include "tests/support/rgl_small_material.h"

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <random>
 
-#include "converters/files/merl.h"
+#include "converters/files/merl/merl_source.h"
 #include "formats/merl/merl.h"
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"
@@ -29,11 +29,11 @@ void evaluate_everywhere(const BrdfSource& source) {
 }
 
 void run(const Bytes& bytes) {
-  Result<MerlTable> table = parse_merl(bytes);
+  const Result<MerlTable> table = parse_merl(bytes);
   require(table.ok() == recognises_merl(bytes, bytes.size()), "what is recognised can be parsed");
   if (!table) return;
   require(emit_merl(*table) == bytes, "a MERL table is written as it was read");
-  const auto source = MerlSource::make(*std::move(table));
+  const auto source = MerlSource::make(std::make_shared<MemorySource>(bytes));
   if (source) evaluate_everywhere(**source);
 }
 

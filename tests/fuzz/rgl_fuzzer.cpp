@@ -2,7 +2,7 @@
 #include <cmath>
 #include <random>
 
-#include "converters/files/rgl.h"
+#include "converters/files/rgl/rgl.h"
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
 #include "tests/fuzz/number_mutator.h"

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "converters/files/rgl.h"
+#include "converters/files/rgl/rgl.h"
 #include "formats/core/byte_reader.h"
 #include "formats/core/directions.h"
 #include "formats/rgl/rgl_material.h"

@@ -238,13 +238,13 @@ std::vector<std::byte> small_merl() {
 
 std::vector<std::byte> small_sliced() {
   const auto source = make_kurt_source({"small", {0.2, 0.3, 0.4}, {{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.3, 0}}});
-  SaveOptions options;
-  options.slices.emplace();
-  options.slices->placement = {40, 180};
-  options.slices->sample_count = 40;
-  const Result<SavedFile> saved = (*find_writer(".sbrdf"))->save(*source, options, {});
+  Options options;
+  options.set("placement", "40/180").set("samples", "40");
+  MemorySink sink;
+  Report report;
+  const Status saved = save_source(*find_writer(".sbrdf").value(), *source, sink, options, report);
   if (!saved) throw std::runtime_error(saved.error().message);
-  return saved->bytes;
+  return std::move(sink).take();
 }
 
 void expect_failure(const ProgramRun& run, int exit_code, const std::string& subject, const std::string& fragment) {

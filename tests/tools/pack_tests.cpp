@@ -117,7 +117,7 @@ TEST_F(Pack, AsksForANameThatTheBundleHas) {
     expect_failure(run_sbrdf({"info", text}), 1, text, "a bundle of 3 materials");
     expect_failure(run_sbrdf({"info", text}), 1, text, "fabric, velvet, wood");
   }
-  expect_failure(run_sbrdf({"info", file("wood") + ":wood"}), 3, file("wood") + ":wood", "not a bundle");
+  expect_failure(run_sbrdf({"info", file("wood") + ":wood"}), 1, file("wood") + ":wood", "holds one material");
   expect_failure(run_sbrdf({"info", scratch_ / "none:wood"}), 2, scratch_ / "none:wood", "cannot be opened");
 }
 

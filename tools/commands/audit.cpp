@@ -29,8 +29,8 @@ struct AuditOptions {
 Result<StorageRow> audit(const std::string& name, const AuditOptions& options) {
   const Result<OpenedSource> opened = open_source(name);
   if (!opened) return opened.error();
-  if (const auto* sliced = dynamic_cast<const SlicedSource*>(opened->source.get())) {
-    return audit_storage(name, sliced->sliced(), sliced->lattice());
+  if (const DecodedSliced* content = opened->source->sliced()) {
+    return audit_storage(name, content->sliced, content->lattice);
   }
   SliceOptions slices;
   slices.stop = SampleCount{options.samples};

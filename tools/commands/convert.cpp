@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <atomic>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -6,9 +9,8 @@
 #include <utility>
 
 #include "converters/files/format_table.h"
-#include "converters/slicing/slicing.h"
+#include "converters/files/kurt/kurt_file.h"
 #include "tools/commands/commands.h"
-#include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
 #include "tools/io/files.h"
@@ -17,34 +19,17 @@
 namespace sbrdf {
 namespace {
 
-constexpr std::uint64_t kMostBytes = 1'000'000'000;
-constexpr Range kTarget = {0, 1000, true};  // [%]
-
 struct ConvertOptions {
   std::string in;
   std::string out;
-  SliceOptions slices;
-  std::uint64_t samples = kDefaultSampleCount;
-  std::optional<double> target_mre_percent;
-  std::optional<double> target_rel_l1_percent;
-  std::optional<std::uint64_t> max_bytes;
-  std::size_t evaluations = kDefaultSearchEvaluations;
-  std::string frame = "auto";
-  std::string domain = "auto";
-  std::string placement = "auto";
-  std::string refine = "true";
-  bool no_mirrors = false;
-  std::optional<std::string> precision;  ///< as given; otherwise 0.1 %, or that of a sliced source
-  std::string chunks = "auto";
-  bool slicing_given = false;      ///< any of the options that only sliced files have
-  bool evaluations_given = false;  ///< --search-evaluations
+  Options given;  ///< those that rows of the format table declare
   bool json = false;
 };
 
 struct Conversion {
   OpenedSource in;
   const Format* format = nullptr;
-  SavedFile out;
+  Report report;
   double seconds = 0;
 };
 
@@ -54,136 +39,99 @@ struct Failure {
   Error error;
 };
 
-Placement parse_steps(const std::string& text) {
-  const auto slash = text.find('/');
-  const auto elevation = parse_number(text.substr(0, slash));
-  const auto azimuth = slash == std::string::npos ? std::nullopt : parse_number(text.substr(slash + 1));
-  if (!elevation || !azimuth || *elevation <= 0 || *azimuth <= 0) {
-    throw CLI::ValidationError(
-        "--placement",
-        "'" + text + "' is neither auto, search, paper, nor two positive numbers of degrees such as 14/36");
-  }
-  return {*elevation, *azimuth};
+Result<const Format*> writer_of(const ConvertOptions& options) {
+  return find_writer(std::filesystem::path(options.out).extension().string());
 }
 
-EncodeOptions encoding_of(const ConvertOptions& options) {
-  EncodeOptions encoding = SliceOptions{}.encoding;
-  encoding.chunks = options.chunks == "whole"   ? ChunkSize::kWhole
-                    : options.chunks == "split" ? ChunkSize::kSplit
-                                                : ChunkSize::kAuto;
-  if (options.precision == "lossless") {
-    encoding.precision = 0;
-  } else if (options.precision) {
-    const std::string& text = *options.precision;
-    const auto percent = parse_number(std::string_view(text).substr(0, text.size() - (text.ends_with('%') ? 1 : 0)));
-    if (!percent || !(*percent >= 1e-4 && *percent <= 50)) {
-      throw CLI::ValidationError("--precision",
-                                 "'" + text + "' is neither lossless nor 0.0001 to 50 percent, such as 0.1%");
-    }
-    encoding.precision = *percent / 100;
+/// The format that has an option, for messages.
+const Format* owner_of(std::string_view name) {
+  for (const Format& format : formats()) {
+    if (find_option(format.options, name, OptionUse::kBoth) != nullptr) return &format;
   }
-  return encoding;
+  return nullptr;
 }
 
-// An option without effect is a misunderstanding. Those that exclude each other whatever their values: see
-// add_slicing_options.
-void refuse_contradictions(const ConvertOptions& options) {
-  const bool given = options.placement != "auto" && options.placement != "search";
-  if (given && options.frame == "half-difference") {
-    throw CLI::ValidationError(
-        "--placement", "'" + options.placement + "' is one of the elevation frame, not of --frame half-difference");
+// An option without effect is a misunderstanding: each must be one for writing OUT or for reading IN. As long as IN is
+// not open, it may be one for reading any format.
+Status check_uses(const Options& given, const Format& written, std::optional<const Format*> read) {
+  for (const auto& [name, text] : given.all()) {
+    if (find_option(written.options, name, OptionUse::kWrite) != nullptr) continue;
+    const Format* owner = owner_of(name);
+    const Format* reader = read.value_or(owner);
+    if (reader != nullptr && find_option(reader->options, name, OptionUse::kRead) != nullptr) continue;
+    return usage_error(fmt::format("--{} is an option of {} files, not of {} files that are written", name,
+                                   owner->extension, written.extension));
   }
-  if (!options.evaluations_given) return;
-  if (given) {
-    throw CLI::ValidationError("--search-evaluations", "nothing is searched for with --placement " + options.placement);
-  }
-  if (options.placement == "auto" && options.frame == "elevation") {
-    throw CLI::ValidationError(
-        "--search-evaluations",
-        "nothing is searched for with --frame elevation unless --placement search is given, too");
-  }
+  return ok_status();
 }
 
-StopRule stop_rule(const ConvertOptions& options) {
-  if (options.target_mre_percent) return TargetMre{*options.target_mre_percent};
-  if (options.target_rel_l1_percent) return TargetRelL1{*options.target_rel_l1_percent};
-  if (options.max_bytes) return MaxBytes{*options.max_bytes};
-  return SampleCount{options.samples};
-}
-
-// With the elevation frame asked for by name, "auto" is the paper's own rule, too.
-StructureRule structure_rule(const ConvertOptions& options) {
-  if (options.placement == "paper" || (options.placement == "auto" && options.frame == "elevation")) {
-    return table_3_placement(options.samples);
+/// The file that is written, which knows whether an error was its own.
+class OutputSink final : public ByteSink {
+ public:
+  explicit OutputSink(AtomicFile& file) : file_(file) {}
+  [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    Status written = file_.write(offset, bytes);
+    if (!written) failed_ = true;
+    return written;
   }
-  if (options.placement != "auto" && options.placement != "search") return parse_steps(options.placement);
-  SearchedStructure search;
-  if (options.frame == "elevation") search.frame = FrameId::kElevation;
-  if (options.frame == "half-difference") search.frame = FrameId::kHalfDifference;
-  search.use_mirrors = !options.no_mirrors;
-  search.evaluations = options.evaluations;
-  return search;
-}
+  [[nodiscard]] bool failed() const { return failed_; }
 
-void settle_choices(ConvertOptions& options) {
-  SliceOptions& slices = options.slices;
-  slices.stop = stop_rule(options);
-  slices.structure = structure_rule(options);
-  if (options.domain == "linear") slices.domain = DomainKind::kLinear;
-  if (options.domain == "log") slices.domain = DomainKind::kLog;
-  slices.refinement = options.refine == "measured" ? Refinement::kByMeasured : Refinement::kBySource;
-  slices.encoding = encoding_of(options);
-}
+ private:
+  AtomicFile& file_;
+  std::atomic<bool> failed_ = false;
+};
 
-bool is_sliced(const Format& format) { return format.name == "sbrdf"; }
+std::optional<Failure> save(const ConvertOptions& options, Conversion& done) {
+  Options writing = options.given.select(done.format->options, OptionUse::kWrite);
+  if (done.format->capabilities.has(Capability::kMetadata)) {
+    writing.provenance.source_sha256 = sha256_of(options.in);
+  }
+  const Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(options.out);
+  if (!file) return Failure{options.out, file.error()};
+  OutputSink sink(**file);
+  ProgressBar bar("converting");
+  if (Status saved = save_source(*done.format, *done.in.source, sink, writing, done.report, bar.progress()); !saved) {
+    return Failure{sink.failed() ? options.out : options.in, saved.error()};
+  }
+  if (Status written = (*file)->commit(); !written) return Failure{options.out, written.error()};
+  return std::nullopt;
+}
 
 std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) {
   const Stopwatch watch;
-  const Result<const Format*> writer = find_writer(std::filesystem::path(options.out).extension().string());
+  const Result<const Format*> writer = writer_of(options);
   if (!writer) return Failure{options.out, writer.error()};
   done.format = *writer;
-  const bool encoding_given = options.precision || options.chunks != "auto";
-  if ((options.slicing_given || encoding_given) && !is_sliced(*done.format)) {
-    return Failure{options.out, usage_error("the options on slices need a .sbrdf file to be written")};
+  if (Status used = check_uses(options.given, *done.format, std::nullopt); !used) {
+    return Failure{options.out, used.error()};
   }
   if (Status free = check_destination(options.out); !free) return Failure{options.out, free.error()};
-  Result<OpenedSource> in = open_source(options.in);
+  Result<OpenedSource> in = open_source(options.in, options.given);
   if (!in) return Failure{options.in, in.error()};
   done.in = *std::move(in);
-
-  SaveOptions save;
-  if (options.slicing_given || done.in.source->traits().format != "sbrdf") {
-    save.slices = options.slices;
-    if (is_sliced(*done.format)) save.slices->source_sha256 = sha256_of(options.in);
+  if (Status used = check_uses(options.given, *done.format, done.in.format); !used) {
+    return Failure{options.in, used.error()};
   }
-  if (options.precision) save.copy_precision = options.slices.encoding.precision;
-  save.copy_chunks = options.slices.encoding.chunks;
-  ProgressBar bar("converting");
-  Result<SavedFile> saved = done.format->save(*done.in.source, save, bar.progress());
-  if (!saved) return Failure{options.in, saved.error()};
-  done.out = *std::move(saved);
-  if (Status written = write_file_atomically(options.out, done.out.bytes); !written) {
-    return Failure{options.out, written.error()};
-  }
+  if (auto failure = save(options, done)) return failure;
   done.seconds = watch.seconds();
   return std::nullopt;
 }
 
 // What was asked for, for the metadata: names of files without their folders, which say more about a machine than about
-// a material.
-std::string command_text(const CLI::App& command, const ConvertOptions& options) {
+// a material; options in the order in which they are declared.
+std::string command_text(const ConvertOptions& options) {
   const auto name_of = [](const std::string& path) {
-    return path.starts_with(kKurtPrefix) && path.find('/') == std::string::npos
-               ? path
-               : std::filesystem::path(path).filename().string();
+    return is_named(path) && path.find('/') == std::string::npos ? path
+                                                                 : std::filesystem::path(path).filename().string();
   };
   std::string text = "sbrdf convert " + name_of(options.in) + " " + name_of(options.out);
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0 || option->get_positional() || option->get_lnames().empty()) continue;
-    const std::string& name = option->get_lnames().front();
-    if (name == "json") continue;
-    text += " --" + name;
-    if (option->get_items_expected_max() > 0) text += " " + option->results().back();
+  for (const Format& format : formats()) {
+    for (const OptionSpec& option : format.options) {
+      const std::optional<std::string> value = options.given.text(option.name);
+      if (!value || owner_of(option.name) != &format) continue;
+      text += fmt::format(" --{}", option.name);
+      if (option.kind != OptionKind::kFlag) text += " " + *value;
+    }
   }
   return text;
 }
@@ -194,12 +142,12 @@ void print_as_json(const ConvertOptions& options, const Conversion& done) {
   json["in"] = {{"path", options.in}, {"format", traits.format}, {"description", traits.description}};
   json["in"]["bytes"] = done.in.bytes ? nlohmann::ordered_json(*done.in.bytes) : nlohmann::ordered_json();
   json["in"]["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& finding : traits.findings) {
+  for (const Finding& finding : done.report.findings) {
     json["in"]["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
   }
-  json["out"] = {{"path", options.out}, {"format", done.format->name}, {"bytes", done.out.bytes.size()}};
+  json["out"] = {{"path", options.out}, {"format", done.format->name}, {"bytes", done.report.bytes}};
   json["remarks"] = nlohmann::ordered_json::array();
-  for (const Remark& remark : done.out.remarks) {
+  for (const Remark& remark : done.report.remarks) {
     json["remarks"].push_back({{"key", remark.key}, {"value", remark.value}, {"text", remark.text}});
   }
   json["seconds"] = done.seconds;
@@ -211,12 +159,12 @@ void print_as_table(const ConvertOptions& options, const Conversion& done) {
   Table table;
   table.add({"read", options.in + ": " + traits.description +
                          (done.in.bytes ? ", " + format_count(*done.in.bytes) + " bytes" : "")});
-  for (const Finding& finding : traits.findings) {
+  for (const Finding& finding : done.report.findings) {
     table.add({"found", format_count(finding.count) + " of " + format_count(finding.total) + " " + finding.what});
   }
   table.add({"wrote", options.out + ": " + std::string(done.format->description) + ", " +
-                          format_count(done.out.bytes.size()) + " bytes"});
-  for (const Remark& remark : done.out.remarks) table.add({"", remark.text});
+                          format_count(done.report.bytes) + " bytes"});
+  for (const Remark& remark : done.report.remarks) table.add({"", remark.text});
   table.add({"took", format_number(done.seconds) + " s"});
   table.print();
 }
@@ -232,60 +180,36 @@ int run_convert(const ConvertOptions& options) {
   return 0;
 }
 
-void add_slicing_options(CLI::App& command, ConvertOptions& options) {
-  SliceOptions& slices = options.slices;
-  const auto mark = [&options](CLI::Option* option) {
-    return option->group("For .sbrdf files")->each([&options](const std::string&) { options.slicing_given = true; });
+void add_option(CLI::App& command, const OptionSpec& option, const std::string& group, Options& given) {
+  const std::string flag = fmt::format("--{}", option.name);
+  const auto take = [&option, &given](const std::string& text) {
+    if (Status checked = check_value(option, text); !checked) throw CLI::ValidationError(checked.error().message);
+    given.set(std::string(option.name), text);
   };
-  const auto choice = [&](const char* flag, std::string& value, const std::vector<std::string>& names,
-                          const char* help) {
-    mark(command.add_option(flag, value, help)->check(CLI::IsMember(names))->type_name("NAME")->capture_default_str());
-  };
-  auto* samples = mark(
-      add_count(command, "--samples", options.samples, {1, kMaxSampleCount}, "Directions sampled, crossings included"));
-  auto* mre = mark(add_number(command, "--target-mre", options.target_mre_percent, kTarget, "PERCENT",
-                              "Instead of --samples: as few as reach this mean relative error"));
-  auto* rel_l1 = mark(add_number(command, "--target-rel-l1", options.target_rel_l1_percent, kTarget, "PERCENT",
-                                 "Instead of --samples: as few as reach this relative L1 error"));
-  auto* bytes = mark(add_count(command, "--max-bytes", options.max_bytes, {1, kMostBytes},
-                               "Instead of --samples: as many as fit a file of this size"));
-  samples->excludes(mre, rel_l1, bytes);
-  mre->excludes(rel_l1, bytes);
-  rel_l1->excludes(bytes);
-  choice("--frame", options.frame, {"auto", "elevation", "half-difference"}, "Coordinates of the slices");
-  choice("--domain", options.domain, {"auto", "linear", "log"}, "Interpolate the values or their logarithms");
-  mark(
-      command
-          .add_option("--placement", options.placement,
-                      "Degrees between elevations and between azimuths of the slices in the elevation frame; paper: by "
-                      "the paper's Table 3 from the number of samples; search: nodes by the error on held-back "
-                      "directions; auto: paper if --frame elevation was given, else search")
-          ->type_name("auto|search|paper|E/A")
-          ->capture_default_str());
-  choice("--refine", options.refine, {"true", "measured"},
-         "Place samples by the true error against the source, or as a goniometer must, by what was measured already");
-  mark(add_number(command, "--minimum-gap", slices.minimum_gap_deg, {0.01, 90}, "DEG",
-                  "Samples are not set closer than this, in degrees; 0.1, or 1 with --refine measured"));
-  mark(add_count(
-           command, "--search-evaluations", options.evaluations, {1, 100'000},
-           "Structures a search tries for N, N / 2, N / 4 ... samples each; the round of some fifty in which it gets "
-           "there is finished"))
-      ->each([&options](const std::string&) { options.evaluations_given = true; });
-  mark(command.add_flag("--no-mirrors", options.no_mirrors,
-                        "Do not use mirror symmetries of the source; a placement by steps never does"));
-  command
-      .add_option("--precision", options.precision,
-                  "Largest relative error of every stored sample, in percent, or lossless [0.1%, or as in a sliced IN]")
-      ->type_name("lossless|P%")
-      ->group("For .sbrdf files");
-  command
-      .add_option(
-          "--chunks", options.chunks,
-          "whole: the smallest file; split: a region can be loaded by itself; auto: split from 65,536 samples on")
-      ->check(CLI::IsMember({"auto", "whole", "split"}))
-      ->type_name("NAME")
-      ->capture_default_str()
-      ->group("For .sbrdf files");
+  const std::string meaning(option.meaning);
+  if (option.kind == OptionKind::kFlag) {
+    command
+        .add_flag_callback(
+            flag, [take] { take(""); }, meaning)
+        ->group(group);
+    return;
+  }
+  const bool chosen = option.kind == OptionKind::kChoice;
+  command.add_option_function<std::string>(flag, take, meaning)
+      ->type_name(chosen ? fmt::format("{}", fmt::join(option.choices, "|")) : std::string(option.unit))
+      ->default_str(std::string(option.fallback))
+      ->group(group);
+}
+
+// One group in the help for each format. Formats that share an option mean the same by it.
+void add_format_options(CLI::App& command, Options& given) {
+  for (const Format& format : formats()) {
+    for (const OptionSpec& option : format.options) {
+      if (owner_of(option.name) != &format) continue;
+      const bool read_only = option.use == OptionUse::kRead;
+      add_option(command, option, fmt::format("For {} files{}", format.extension, read_only ? " as IN" : ""), given);
+    }
+  }
 }
 
 }  // namespace
@@ -295,7 +219,7 @@ void add_convert(CLI::App& program, int& exit_code) {
   const auto options = std::make_shared<ConvertOptions>();
   command->add_option("IN", options->in, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
   command->add_option("OUT", options->out, "The file to write; its extension chooses the format")->required();
-  add_slicing_options(*command, *options);
+  add_format_options(*command, options->given);
   command->add_flag("--json", options->json, "Print the report as JSON");
   command->footer(
       "A sliced IN is copied to a sliced OUT as it is, unless one of the options on slices asks to sample it again;\n"
@@ -305,10 +229,12 @@ void add_convert(CLI::App& program, int& exit_code) {
       "  sbrdf convert material.sbrdf material.binary\n"
       "  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911 --placement 14/36 --domain linear --refine "
       "measured");
-  command->callback([options, command, &exit_code] {
-    refuse_contradictions(*options);
-    settle_choices(*options);
-    options->slices.command = command_text(*command, *options);
+  command->callback([options, &exit_code] {
+    if (const Result<const Format*> writer = writer_of(*options)) {
+      const Status allowed = check_save(**writer, options->given.select((*writer)->options, OptionUse::kWrite));
+      if (!allowed) throw CLI::ValidationError(allowed.error().message);
+    }
+    options->given.provenance.command = command_text(*options);
     exit_code = run_convert(*options);
   });
 }

@@ -9,9 +9,9 @@
 #include "codec/file/reader.h"
 #include "codec/material/cut.h"
 #include "converters/files/format_table.h"
+#include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
-#include "converters/slicing/slicing.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/terminal.h"
@@ -111,7 +111,7 @@ Result<Extraction> extract(const ExtractOptions& options) {
 
 int run_extract(const ExtractOptions& options) {
   const Result<const Format*> writer = find_writer(std::filesystem::path(options.out).extension().string());
-  if (!writer || (*writer)->name != "sbrdf") {
+  if (!writer || !(*writer)->capabilities.has(Capability::kParts)) {
     return report_error(options.out, usage_error("a part is a sliced file: the name must end with .sbrdf"));
   }
   if (Status free = check_destination(options.out); !free) return report_error(options.out, free.error());

@@ -5,10 +5,10 @@
 #include <string>
 
 #include "converters/files/format_table.h"
+#include "converters/files/kurt/kurt_file.h"
 #include "converters/models/kurt.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
-#include "tools/io/sources.h"
 
 namespace sbrdf {
 namespace {
@@ -21,8 +21,8 @@ void print_as_json() {
     rows.push_back({{"name", format.name},
                     {"extension", format.extension},
                     {"description", format.description},
-                    {"read", format.load != nullptr},
-                    {"write", format.save != nullptr}});
+                    {"read", format.capabilities.has(Capability::kRead)},
+                    {"write", format.capabilities.has(Capability::kWrite)}});
   }
   const nlohmann::ordered_json kurt = {{"name", "kurt"},
                                        {"prefix", kKurtPrefix},
@@ -36,8 +36,9 @@ void print_as_table() {
   Table table;
   table.add({"format", "extension", "read", "write", "description"});
   for (const Format& format : formats()) {
-    table.add({std::string(format.name), std::string(format.extension), mark(format.load != nullptr),
-               mark(format.save != nullptr), std::string(format.description)});
+    table.add({std::string(format.name), std::string(format.extension),
+               mark(format.capabilities.has(Capability::kRead)), mark(format.capabilities.has(Capability::kWrite)),
+               std::string(format.description)});
   }
   table.add({"kurt", std::string(kKurtPrefix) + "NAME", mark(true), mark(false), kKurtDescription});
   table.print();

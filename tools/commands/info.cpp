@@ -7,10 +7,10 @@
 
 #include "codec/coding/chunk_layout.h"
 #include "codec/file/reader.h"
-#include "converters/files/merl.h"
+#include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
-#include "converters/slicing/slicing.h"
+#include "converters/slicing/names.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 #include "tools/io/files.h"
@@ -43,15 +43,15 @@ Json placement_of(const FrameSpec& frame) {
   return placement;
 }
 
-void add_sliced(const SlicedSource& source, Json& json) {
-  const SlicedBrdf& sliced = source.sliced();
+void add_sliced(const DecodedSliced& content, Json& json) {
+  const SlicedBrdf& sliced = content.sliced;
   const std::size_t crossings = sliced.crossing_count();
-  json["version"] = source.version();
+  json["version"] = content.version;
   json["frame"] = geometry(sliced.frame.id).name();
-  json["domain"] = sliced.domain.kind == DomainKind::kLog ? "log" : "linear";
+  json["domain"] = name_of(kDomainNames, sliced.domain.kind);
   json["symmetries"] = {{"mirror_x", sliced.frame.symmetries.mirror_x}, {"mirror_y", sliced.frame.symmetries.mirror_y}};
   json["placement"] = placement_of(sliced.frame);
-  json["precision_percent"] = 100 * source.precision();
+  json["precision_percent"] = 100 * content.precision;
   json["samples"] = {{"crossings", crossings},
                      {"adaptive", sliced.adaptive_count()},
                      {"guide", sliced.guide_count()},
@@ -68,8 +68,8 @@ Json describe(const OpenedSource& opened) {
   for (const Finding& finding : traits.findings) {
     json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
   }
-  if (const auto* merl = dynamic_cast<const MerlSource*>(opened.source.get())) json["shape"] = merl->table().shape;
-  if (const auto* sliced = dynamic_cast<const SlicedSource*>(opened.source.get())) add_sliced(*sliced, json);
+  if (!traits.shape.empty()) json["shape"] = traits.shape;
+  if (const DecodedSliced* content = opened.source->sliced()) add_sliced(*content, json);
   return json;
 }
 

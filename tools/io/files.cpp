@@ -10,8 +10,10 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "converters/source/progress.h"
 #include "tools/console/interrupt.h"
@@ -24,7 +26,7 @@ constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes between two looks
 
 class MappedSource final : public ByteSource {
  public:
-  MappedSource(void* first, std::size_t size) : first_(first), size_(size) {}
+  MappedSource(void* first, std::size_t size, std::string path) : first_(first), size_(size), path_(std::move(path)) {}
   ~MappedSource() override {
     if (size_ > 0) ::munmap(first_, size_);
   }
@@ -36,10 +38,15 @@ class MappedSource final : public ByteSource {
     std::copy_n(static_cast<const std::byte*>(first_) + offset, target.size(), target.begin());
     return ok_status();
   }
+  [[nodiscard]] std::optional<std::span<const std::byte>> view() const override {
+    return std::span(static_cast<const std::byte*>(first_), size_);
+  }
+  [[nodiscard]] std::string path() const override { return path_; }
 
  private:
   void* first_;
   std::size_t size_;
+  std::string path_;
 };
 
 std::uint64_t largest_file() {
@@ -101,7 +108,20 @@ Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) 
   const auto size = static_cast<std::size_t>(status.st_size);
   void* first = size == 0 ? nullptr : ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number(), 0);
   if (first == MAP_FAILED) return system_error("cannot be mapped");
-  return std::unique_ptr<ByteSource>(std::make_unique<MappedSource>(first, size));
+  return std::unique_ptr<ByteSource>(std::make_unique<MappedSource>(first, size, path.string()));
+}
+
+Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
+      static_cast<std::uint64_t>(status.st_size) > kMapFrom) {
+    Result<std::unique_ptr<ByteSource>> mapped = map_file(path);
+    if (!mapped) return mapped.error();
+    return std::shared_ptr<const ByteSource>(*std::move(mapped));
+  }
+  Result<std::vector<std::byte>> bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  return std::shared_ptr<const ByteSource>(std::make_shared<OwnedMemorySource>(*std::move(bytes), path.string()));
 }
 
 std::string sha256_of(const std::filesystem::path& path) {

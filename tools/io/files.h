@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -19,6 +20,13 @@ namespace sbrdf {
 /// An ordinary file, mapped: only what is read comes from the disk. kIo as for read_file. A file that another program
 /// makes shorter while it is mapped ends this one, so use it for files that are read in part.
 [[nodiscard]] Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path);
+
+/// What is larger is mapped by open_file [bytes].
+inline constexpr std::uint64_t kMapFrom = std::uint64_t{1} << 26U;
+
+/// The bytes of a file or a named pipe, to be kept: read into memory, where nobody can make them fewer, but mapped
+/// where an ordinary file is larger than kMapFrom. kIo as for the two above; any size of an ordinary file will do.
+[[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path& path);
 
 /// SHA-256 of an ordinary file, 64 hexadecimal digits; empty where there is none at `path`, or it cannot be read twice.
 [[nodiscard]] std::string sha256_of(const std::filesystem::path& path);

@@ -1,4 +1,4 @@
-#include "converters/files/rgl.h"
+#include "converters/files/rgl/rgl.h"
 
 #include <algorithm>
 #include <cassert>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "converters/files/rgl_tables.h"
+#include "converters/files/rgl/rgl_tables.h"
 #include "formats/core/directions.h"
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
@@ -174,6 +174,11 @@ Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes) {
   const Result<Coverage> coverage = coverage_of(*material, *tensors);
   if (!coverage) return coverage.error();
   return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage));
+}
+
+Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes) {
+  const Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(bytes));
+  return viewed ? load_rgl(*(*viewed)->view()) : viewed.error();
 }
 
 }  // namespace sbrdf

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "converters/source/brdf_source.h"
+#include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
 namespace sbrdf {
@@ -20,12 +21,15 @@ inline constexpr double kRglMinCosine = 1e-6;
 /// Fourier BSDF, another format that ends in .bsdf and that load_rgl refuses by its name. The first 12 bytes suffice.
 [[nodiscard]] bool recognises_rgl(std::span<const std::byte> bytes);
 
-/// The material as a source with the channels R, G, B; keeps nothing of `bytes`. Findings: stored rgb and ndf values
+/// The material as a source with the channels R, G, B; keeps nothing of the bytes. Findings: stored rgb and ndf values
 /// that are negative, where there are any. Fails as parse_tensor_file and parse_rgl_material do; kUnsupported also for
 /// a Fourier BSDF, and for azimuths of incidence that span neither a full, a half nor a quarter turn.
 ///
 /// Values near grazing: the file holds f_r cos(theta_v), which does not vanish at theta_v = pi/2, so f_r has a pole
 /// there. cos(theta_v) is held at kRglMinCosine from below, which keeps f_r finite.
-Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes);
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes);
+
+/// The same for a file: the row of the format table.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes);
 
 }  // namespace sbrdf

@@ -1,4 +1,4 @@
-#include "converters/files/rgl_tables.h"
+#include "converters/files/rgl/rgl_tables.h"
 
 #include <algorithm>
 

@@ -1,0 +1,46 @@
+#include "converters/files/format.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace sbrdf {
+namespace {
+
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 22U;
+
+}  // namespace
+
+std::string percent_text(double value) { return std::isinf(value) ? "infinite" : fmt::format("{:.3g} %", value); }
+
+void remark_count(Report& report, const char* key, std::uint64_t count, const std::string& what) {
+  if (count > 0) report.remarks.push_back({key, static_cast<double>(count), std::to_string(count) + " " + what});
+}
+
+void remark_reciprocity(Report& report, double difference_percent) {
+  report.remarks.push_back(
+      {"reciprocity_residual_percent", difference_percent,
+       "reciprocity residual " + percent_text(difference_percent) + ": f(i,v) and f(v,i) were replaced by their mean"});
+}
+
+Status copy_bytes(const ByteSource& source, ByteSink& sink, const Progress& progress) {
+  ProgressCounter counter(progress, source.size());
+  std::vector<std::byte> read;
+  for (std::uint64_t offset = 0; offset < source.size(); offset += kPiece) {
+    const auto size = static_cast<std::size_t>(std::min(kPiece, source.size() - offset));
+    std::span<const std::byte> piece;
+    if (const auto view = source.view()) {
+      piece = view->subspan(static_cast<std::size_t>(offset), size);
+    } else {
+      read.resize(size);
+      if (Status status = source.read(offset, read); !status) return status;
+      piece = read;
+    }
+    if (Status status = sink.write(offset, piece); !status) return status;
+    if (!counter.advance(size)) return interrupted_error();
+  }
+  return ok_status();
+}
+
+}  // namespace sbrdf

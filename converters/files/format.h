@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "converters/files/options.h"
+#include "converters/source/brdf_source.h"
+#include "converters/source/progress.h"
+#include "formats/core/byte_sink.h"
+#include "formats/core/byte_source.h"
+#include "formats/core/result.h"
+
+namespace sbrdf {
+
+/// What a format can hold or do beyond one material as a whole. Code asks for these and never for a format by name.
+enum class Capability : std::uint8_t {
+  kRead = 1,            ///< `open` is there
+  kWrite = 2,           ///< `save` is there
+  kParts = 4,           ///< some directions can be loaded, or cut out, by themselves
+  kLevels = 8,          ///< coarser levels of detail can be loaded by themselves
+  kBundled = 16,        ///< files go into a bundle
+  kManyMaterials = 32,  ///< one file, many materials: `material` and an option "material" choose one
+  kMetadata = 64,       ///< files tell how they came to be (Provenance)
+};
+
+class Capabilities {
+ public:
+  constexpr Capabilities(std::initializer_list<Capability> list) {
+    for (const Capability capability : list) bits_ = static_cast<std::uint8_t>(bits_ | bit(capability));
+  }
+  [[nodiscard]] constexpr bool has(Capability capability) const { return (bits_ & bit(capability)) != 0; }
+
+ private:
+  [[nodiscard]] static constexpr std::uint8_t bit(Capability capability) {
+    return static_cast<std::uint8_t>(capability);
+  }
+  std::uint8_t bits_ = 0;
+};
+
+/// Something a conversion changed or lost, for people (`text`) and for scripts (`key`, `value`).
+struct Remark {
+  std::string key;  ///< such as "reciprocity_residual_percent"
+  double value = 0;
+  std::string text;  ///< such as "reciprocity residual 3.2 %: f(i,v) and f(v,i) were replaced by their mean"
+};
+
+/// What is to be said about a file that was written.
+struct Report {
+  std::vector<Remark> remarks;
+  std::vector<Finding> findings;  ///< what the reader of the source saw in its file
+  std::uint64_t bytes = 0;        ///< of the file that was written
+};
+
+/// "3.2 %", or "infinite".
+[[nodiscard]] std::string percent_text(double value);
+/// "41 cells below the horizon"; nothing where there are none.
+void remark_count(Report& report, const char* key, std::uint64_t count, const std::string& what);
+/// Of a source that was not reciprocal and was made so.
+void remark_reciprocity(Report& report, double difference_percent);
+
+/// The whole of `source`, a few MB at a time. interrupted_error() where `progress` asked to stop.
+[[nodiscard]] Status copy_bytes(const ByteSource& source, ByteSink& sink, const Progress& progress);
+
+/// How sure a row is that a file is of its format.
+enum class Match : std::uint8_t {
+  kNone,
+  kDamaged,  ///< it begins like one, but cannot be whole: `open` says what is wrong if no other row is sure
+  kWhole,    ///< it should be one; `open` may still find it damaged further in
+};
+
+/// One row of the format table. A new format is one row here, a folder in converters/files and one in formats/, and a
+/// page in specs/. Functions are called with options that check_options took; open_source and save_source see to it.
+struct Format {
+  std::string_view name;
+  std::string_view extension;  ///< decides what is written; what is read is recognised by content
+  std::string_view description;
+  std::string_view page;  ///< in specs/; it tells of every option
+  Capabilities capabilities;
+  std::span<const OptionSpec> options;
+
+  /// `head` are the first kHeadSize bytes, or all where there are fewer, and at least one. No row may be sure of a file
+  /// that another one is sure of, so that their order says nothing.
+  Match (*recognise)(std::span<const std::byte> head, std::uint64_t size) = nullptr;
+
+  /// The source may keep the bytes and read from them as it is evaluated.
+  Result<std::unique_ptr<BrdfSource>> (*open)(std::shared_ptr<const ByteSource> bytes,
+                                              const Options& options) = nullptr;
+
+  /// Writes the whole file and nothing that `open` would refuse: a source that cannot be such a file is an error. What
+  /// was written before an error is of no use. interrupted_error() where `progress` asked to stop.
+  Status (*save)(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                 const Progress& progress) = nullptr;
+
+  /// Options that contradict each other; may be absent.
+  Status (*check)(const Options& options) = nullptr;
+
+  /// Of kManyMaterials: the bytes of one material as a file of its own. kUsage, with names near to it, where there is
+  /// none of that name.
+  Result<std::shared_ptr<const ByteSource>> (*material)(std::shared_ptr<const ByteSource> bytes,
+                                                        std::string_view name) = nullptr;
+};
+
+/// As much of a file as tells its format.
+inline constexpr std::size_t kHeadSize = 512;
+
+}  // namespace sbrdf

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "converters/files/format.h"
+
+namespace sbrdf {
+
+/// How sources are named that need no file of measurements.
+inline constexpr std::string_view kKurtPrefix = "kurt:";
+
+/// Larger files of parameters are refused before they are parsed [bytes]; a lobe takes some 100.
+inline constexpr std::uint64_t kKurtLargestFile = std::uint64_t{1} << 20U;
+
+/// `text` begins as the name of a built-in source, or of a file by its kind, does.
+[[nodiscard]] bool is_named(std::string_view text);
+/// The file in "kurt:FILE.json"; nothing for another text.
+[[nodiscard]] std::optional<std::string_view> file_in_name(std::string_view text);
+/// The source that "kurt:NAME" names, without any file. kUsage, listing the names, where there is none.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_named(std::string_view text);
+
+/// A file of Kurt parameters (specs/kurt.md): a JSON object. One that does not name its parameters early on only may be
+/// one.
+[[nodiscard]] Match recognise_kurt_file(std::span<const std::byte> head);
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_kurt_file(const ByteSource& bytes);
+
+}  // namespace sbrdf

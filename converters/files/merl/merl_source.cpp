@@ -1,0 +1,198 @@
+#include "converters/files/merl/merl_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/core/parallel.h"
+
+namespace sbrdf {
+
+namespace {
+
+constexpr std::array<char, kMerlChannelCount> kChannelNames = {'R', 'G', 'B'};
+/// Sums of weights below this are rounding, and their quotients noise.
+constexpr float kFaintest = 1e-20f;
+/// Cells that one task looks at: some MB.
+constexpr std::uint64_t kBlock = std::uint64_t{1} << 16U;
+
+using Colour = std::array<double, kMerlChannelCount>;
+using Planes = std::array<const std::byte*, kMerlChannelCount>;
+
+double value_at(const std::byte* plane, std::uint64_t index) {
+  double value;
+  std::memcpy(&value, plane + sizeof(double) * index, sizeof value);
+  return value;
+}
+
+Colour colour_at(const Planes& planes, std::uint64_t cell) {
+  return {value_at(planes[0], cell), value_at(planes[1], cell), value_at(planes[2], cell)};
+}
+
+/// What a block of cells, or all of them, hold.
+struct Census {
+  std::uint64_t marks = 0, mixed = 0, bad = 0;
+  std::uint64_t first_bad = std::numeric_limits<std::uint64_t>::max();  ///< position among all values of the file
+  bool positive = false;
+
+  void add(const Census& other) {
+    marks += other.marks;
+    mixed += other.mixed;
+    bad += other.bad;
+    first_bad = std::min(first_bad, other.first_bad);
+    positive = positive || other.positive;
+  }
+};
+
+Census census_of(const Planes& planes, std::uint64_t cell_count, std::uint64_t first, std::uint64_t end) {
+  Census census;
+  for (std::uint64_t cell = first; cell < end; ++cell) {
+    const Colour colour = colour_at(planes, cell);
+    const std::size_t negative = merl_negative_channels(colour);
+    if (negative == kMerlChannelCount) {
+      ++census.marks;
+    } else if (negative > 0) {
+      ++census.mixed;
+    }
+    for (std::size_t c = 0; c < colour.size(); ++c) {
+      census.positive = census.positive || colour[c] > 0;
+      if (std::fabs(colour[c] * kMerlScale[c]) <= kMerlLargest) continue;
+      ++census.bad;
+      census.first_bad = std::min(census.first_bad, c * cell_count + cell);
+    }
+  }
+  return census;
+}
+
+/// Two neighbouring cells along an axis and the weight of the second.
+struct Bracket {
+  std::uint64_t low, high;
+  float weight;
+};
+
+/// `centred` is the position minus 0.5, so that whole numbers are cell centres.
+Bracket bracket_clamped(double centred, std::uint32_t count) {
+  const double inside = std::clamp(centred, 0.0, count - 1.0);
+  const auto low = static_cast<std::uint64_t>(inside);
+  return {low, std::min<std::uint64_t>(low + 1, count - 1), static_cast<float>(inside - static_cast<double>(low))};
+}
+
+/// `phi_d` in [0, 2 pi): by reciprocity its second half repeats the first.
+Bracket bracket_phi_d(double phi_d, std::uint32_t count) {
+  const double centred = (phi_d < kPi ? phi_d : phi_d - kPi) / kPi * count - 0.5;
+  const double below = std::floor(centred);
+  const std::uint64_t low = below < 0 ? count - 1 : static_cast<std::uint64_t>(below);
+  return {low, low + 1 < count ? low + 1 : 0, static_cast<float>(centred - below)};
+}
+
+}  // namespace
+
+std::string merl_cell_name(const MerlShape& shape, std::uint64_t cell, std::size_t channel) {
+  return fmt::format("theta_h {}, theta_d {}, phi_d {}, channel {}", cell / shape[2] / shape[1],
+                     cell / shape[2] % shape[1], cell % shape[2], kChannelNames[channel]);
+}
+
+std::size_t merl_negative_channels(const std::array<double, kMerlChannelCount>& values) {
+  return static_cast<std::size_t>(std::count_if(values.begin(), values.end(), [](double value) { return value < 0; }));
+}
+
+Result<std::unique_ptr<MerlSource>> MerlSource::make(std::shared_ptr<const ByteSource> file) {
+  const Result<std::vector<std::byte>> head = read_start(*file, kMerlHeaderSize);
+  if (!head) return head.error();
+  const Result<MerlShape> shape = parse_merl_shape(*head, file->size());
+  if (!shape) return shape.error();
+  Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(file));
+  if (!viewed) return viewed.error();
+  std::unique_ptr<MerlSource> source(new MerlSource(*std::move(viewed), *shape));
+  if (Status usable = source->examine(); !usable) return usable.error();
+  return source;
+}
+
+MerlSource::MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape)
+    : file_(std::move(file)), shape_(shape), cell_count_(merl_cell_count(shape)) {
+  const std::byte* values = file_->view()->data() + kMerlHeaderSize;
+  for (std::size_t c = 0; c < planes_.size(); ++c) planes_[c] = values + sizeof(double) * cell_count_ * c;
+  traits_.format = "merl";
+  traits_.description = fmt::format("MERL table, {} x {} x {} cells", shape_[0], shape_[1], shape_[2]);
+  traits_.channels = {"R", "G", "B"};
+  traits_.isotropic = traits_.reciprocal = true;
+  traits_.shape.assign(shape_.begin(), shape_.end());
+}
+
+Status MerlSource::examine() {
+  std::vector<Census> blocks((cell_count_ + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), [&](std::uint64_t k) {
+    blocks[k] = census_of(planes_, cell_count_, k * kBlock, std::min(cell_count_, (k + 1) * kBlock));
+  });
+  Census census;
+  for (const Census& block : blocks) census.add(block);
+  if (census.bad > 0) {
+    const std::uint64_t first = census.first_bad;
+    return invalid_file(fmt::format("{} of {} MERL values are NaN, infinite or above {:g} as f_r, the first at {}",
+                                    census.bad, kMerlChannelCount * cell_count_, kMerlLargest,
+                                    merl_cell_name(shape_, first % cell_count_, first / cell_count_)),
+                        kMerlHeaderSize + sizeof(double) * first);
+  }
+  if (!census.positive) return invalid_file("no value of the MERL table is positive");
+  if (census.marks > 0) {
+    traits_.findings.push_back({"cells unmeasured or below the horizon", census.marks, cell_count_});
+  }
+  if (census.mixed > 0) traits_.findings.push_back({"cells with some negative channel", census.mixed, cell_count_});
+  return ok_status();
+}
+
+MerlSource::Cell MerlSource::cell(std::uint64_t index) const {
+  const Colour colour = colour_at(planes_, index);
+  if (colour[0] < 0 && colour[1] < 0 && colour[2] < 0) return {0, 0, 0, 0};
+  return {static_cast<float>(colour[0] * kMerlScale[0]), static_cast<float>(colour[1] * kMerlScale[1]),
+          static_cast<float>(colour[2] * kMerlScale[2]), 1};
+}
+
+MerlSource::Cell MerlSource::interpolate(const HalfDifference& angles) const {
+  // In the root of theta_h rather than in theta_h: less error on sharp lobes, see specs/merl.md.
+  const Bracket h = bracket_clamped(merl_theta_h_position(angles.theta_h, shape_[0]) - 0.5, shape_[0]);
+  const Bracket d = bracket_clamped(angles.theta_d / (kPi / 2) * shape_[1] - 0.5, shape_[1]);
+  // Under the normal phi_d is the azimuth of the light, which an isotropic material does not know.
+  const Bracket p = bracket_phi_d(angles.theta_h > 0 ? angles.phi_d : 0, shape_[2]);
+
+  Cell sum = {0, 0, 0, 0};
+  const auto add_row = [&](std::uint64_t theta_h_index, std::uint64_t theta_d_index, float weight) {
+    const std::uint64_t row = merl_cell_index(shape_, theta_h_index, theta_d_index, 0);
+    const Cell low = cell(row + p.low);
+    const Cell high = cell(row + p.high);
+    for (std::size_t c = 0; c < sum.size(); ++c) {
+      sum[c] += weight * ((1 - p.weight) * low[c] + p.weight * high[c]);
+    }
+  };
+  add_row(h.low, d.low, (1 - h.weight) * (1 - d.weight));
+  add_row(h.low, d.high, (1 - h.weight) * d.weight);
+  add_row(h.high, d.low, h.weight * (1 - d.weight));
+  add_row(h.high, d.high, h.weight * d.weight);
+  return sum;
+}
+
+void MerlSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  assert(values.size() == pairs.size() * kMerlChannelCount);
+  for (std::size_t n = 0; n < pairs.size(); ++n) {
+    const bool above = pairs[n].i.theta <= kPi / 2 && pairs[n].v.theta <= kPi / 2;
+    const Cell sum = above ? interpolate(half_difference_from_pair(pairs[n])) : Cell{};
+    for (std::size_t c = 0; c < kMerlChannelCount; ++c) {
+      values[n * kMerlChannelCount + c] = sum[3] > kFaintest ? sum[c] / sum[3] : 0.0f;
+    }
+  }
+}
+
+Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file) {
+  Result<std::unique_ptr<MerlSource>> source = MerlSource::make(std::move(file));
+  if (!source) return source.error();
+  return std::unique_ptr<BrdfSource>(*std::move(source));
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "converters/source/brdf_source.h"
+#include "formats/core/byte_source.h"
+#include "formats/merl/merl.h"
+
+namespace sbrdf {
+
+/// Largest f_r that a table may hold: weighted sums of such values still fit a float.
+inline constexpr double kMerlLargest = 1e38;
+
+/// A MERL table that can be evaluated (specs/merl.md). Isotropic and reciprocal by construction: the table knows
+/// neither phi_h nor the order of the two directions.
+///
+/// Values are interpolated linearly between cell centres, along theta_h in its square root. phi_d closes after pi; the
+/// first and last cells of theta_h and theta_d hold up to the ends of their axes. A cell whose three channels are all
+/// negative is a mark (unmeasured or below the horizon): it is left out and the remaining weights are scaled up, and
+/// where only marks are near the value is 0. A cell with one or two negative channels is used as it is.
+///
+/// The table stays where it is: cells are read from the file's view as they are needed, so a mapped file of any size
+/// takes no memory of its own.
+class MerlSource final : public BrdfSource {
+ public:
+  /// Keeps `file`; one without a view is read into memory. Looks at every value once. Errors as of parse_merl_shape;
+  /// kInvalidFile also where a value is NaN, infinite or beyond kMerlLargest once scaled (the message counts them and
+  /// names the first cell; `offset` is its place in the file), and where no value is positive.
+  /// `traits().findings` counts the marks and the cells with some negative channel.
+  static Result<std::unique_ptr<MerlSource>> make(std::shared_ptr<const ByteSource> file);
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  [[nodiscard]] std::shared_ptr<const ByteSource> stored(std::string_view format) const override {
+    return format == traits_.format ? file_ : nullptr;
+  }
+
+ private:
+  /// R, G, B in f_r, then 1; all zero in a mark. Weighting all four also adds up the weights that count.
+  using Cell = std::array<float, 4>;
+
+  MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape);
+  [[nodiscard]] Status examine();
+  [[nodiscard]] Cell cell(std::uint64_t index) const;
+  [[nodiscard]] Cell interpolate(const HalfDifference& angles) const;
+
+  std::shared_ptr<const ByteSource> file_;
+  MerlShape shape_;
+  std::uint64_t cell_count_;
+  std::array<const std::byte*, kMerlChannelCount> planes_;  ///< of the channels; not aligned
+  SourceTraits traits_;
+};
+
+/// "theta_h 3, theta_d 0, phi_d 7, channel G", for messages.
+[[nodiscard]] std::string merl_cell_name(const MerlShape& shape, std::uint64_t cell, std::size_t channel);
+
+/// How many channels of a cell are negative: all of them make a mark.
+[[nodiscard]] std::size_t merl_negative_channels(const std::array<double, kMerlChannelCount>& values);
+
+/// Opens a MERL file: the row of the format table.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file);
+
+}  // namespace sbrdf

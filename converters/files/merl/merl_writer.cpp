@@ -1,0 +1,234 @@
+#include "converters/files/merl/merl_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "converters/files/merl/merl_source.h"
+#include "converters/source/reciprocity.h"
+#include "formats/core/numbers.h"
+#include "formats/core/parallel.h"
+
+namespace sbrdf {
+namespace {
+
+/// On disk, in every channel of a cell that has no value.
+constexpr double kMark = -1;
+/// Cells that are in memory at a time, or one row if that is longer.
+constexpr std::uint64_t kBlockCells = std::uint64_t{1} << 17U;
+constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+
+using Colour = std::array<double, kMerlChannelCount>;
+
+struct RowReport {
+  std::uint64_t below_horizon = 0, some_negative = 0, all_negative = 0;
+  std::uint64_t first_bad = kNone;  ///< least position among the values of the file
+  bool positive = false;
+};
+
+/// The work of resample_merl: blocks of rows of phi_d, the rows of a block in parallel.
+class Resampler {
+ public:
+  Resampler(const BrdfSource& source, const MerlShape& shape)
+      : source_(source), shape_(shape), row_count_(std::uint64_t{shape[0]} * shape[1]) {
+    report_.cells = merl_cell_count(shape);
+    report_.anisotropic_source_cut = !source_.traits().isotropic;
+    report_.source_not_reciprocal = !source_.traits().reciprocal;
+    report_.channel_repeated = source_.channel_count() == 1;
+  }
+
+  Result<MerlReport> run(ByteSink& sink, const Progress& progress) {
+    if (Status written = sink.write(0, emit_merl_header(shape_)); !written) return written.error();
+    ProgressCounter counter(progress, row_count_);
+    const std::uint64_t most = std::max<std::uint64_t>(1, kBlockCells / shape_[2]);
+    for (first_row_ = 0; first_row_ < row_count_; first_row_ += rows_.size()) {
+      rows_.assign(std::min(most, row_count_ - first_row_), {});
+      for (auto& plane : planes_) plane.resize(rows_.size() * shape_[2]);
+      parallel_for(rows_.size(), [&](std::uint64_t row) {
+        if (counter.stopped()) return;
+        sample_row(row);
+        counter.advance();
+      });
+      if (counter.stopped()) return interrupted_error();
+      if (Status sound = add_up(); !sound) return sound.error();
+      if (Status written = write_block(sink); !written) return written.error();
+    }
+    if (!positive_) return invalid_file("no value of the source is positive: nothing reads such a MERL table");
+    return report_;
+  }
+
+ private:
+  [[nodiscard]] DirectionPair centre(std::uint64_t row, std::uint32_t phi_d_index) const {
+    const std::uint64_t h = (first_row_ + row) / shape_[1];
+    const std::uint64_t d = (first_row_ + row) % shape_[1];
+    return pair_from_half_difference({merl_theta_h(static_cast<double>(h) + 0.5, shape_[0]), 0,
+                                      merl_theta_d(static_cast<double>(d) + 0.5, shape_[1]),
+                                      merl_phi_d(phi_d_index + 0.5, shape_[2])});
+  }
+
+  void sample_row(std::uint64_t row) {
+    std::vector<DirectionPair> pairs;
+    std::vector<std::uint64_t> cells;  // in the block
+    for (std::uint32_t p = 0; p < shape_[2]; ++p) {
+      const DirectionPair pair = centre(row, p);
+      const std::uint64_t cell = row * shape_[2] + p;
+      if (pair.i.theta > kPi / 2 || pair.v.theta > kPi / 2) {
+        store(cell, {kMark, kMark, kMark});
+      } else {
+        pairs.push_back(pair);
+        cells.push_back(cell);
+      }
+    }
+    rows_[row].below_horizon = shape_[2] - cells.size();
+    const std::size_t channels = source_.channel_count();
+    std::vector<float> values(pairs.size() * channels);
+    source_.evaluate(pairs, values);
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      store_sample(rows_[row], cells[n], std::span(values).subspan(n * channels, channels));
+    }
+  }
+
+  void store(std::uint64_t cell, const Colour& colour) {
+    for (std::size_t c = 0; c < colour.size(); ++c) planes_[c][cell] = colour[c];
+  }
+
+  void store_sample(RowReport& row, std::uint64_t cell, std::span<const float> values) {
+    Colour colour{};
+    for (std::size_t c = 0; c < colour.size(); ++c) {
+      colour[c] = values[values.size() == 1 ? 0 : c] / kMerlScale[c];
+      row.positive = row.positive || colour[c] > 0;
+      if (std::fabs(colour[c] * kMerlScale[c]) <= kMerlLargest) continue;
+      row.first_bad = std::min(row.first_bad, c * report_.cells + first_row_ * shape_[2] + cell);
+    }
+    store(cell, colour);
+    const std::size_t negative = merl_negative_channels(colour);
+    if (negative == kMerlChannelCount) {
+      ++row.all_negative;
+    } else if (negative > 0) {
+      ++row.some_negative;
+    }
+  }
+
+  Status add_up() {
+    std::uint64_t first_bad = kNone;
+    for (const RowReport& row : rows_) {
+      report_.below_horizon += row.below_horizon;
+      report_.some_negative += row.some_negative;
+      report_.all_negative += row.all_negative;
+      positive_ = positive_ || row.positive;
+      first_bad = std::min(first_bad, row.first_bad);
+    }
+    if (first_bad == kNone) return ok_status();
+    return invalid_file(fmt::format("the source gives a NaN, an infinity or a value above {:g} for the MERL cell at {}",
+                                    kMerlLargest,
+                                    merl_cell_name(shape_, first_bad % report_.cells, first_bad / report_.cells)));
+  }
+
+  Status write_block(ByteSink& sink) {
+    for (std::size_t c = 0; c < planes_.size(); ++c) {
+      const std::uint64_t first = c * report_.cells + first_row_ * shape_[2];
+      const std::uint64_t offset = kMerlHeaderSize + sizeof(double) * first;
+      if (Status written = sink.write(offset, std::as_bytes(std::span(planes_[c]))); !written) return written;
+    }
+    return ok_status();
+  }
+
+  const BrdfSource& source_;
+  MerlShape shape_;
+  std::uint64_t row_count_;
+  MerlReport report_;
+  bool positive_ = false;
+  // The block at hand.
+  std::uint64_t first_row_ = 0;
+  std::vector<RowReport> rows_;
+  std::array<std::vector<double>, kMerlChannelCount> planes_;
+};
+
+void remark_losses(const MerlReport& losses, Report& report) {
+  remark_count(report, "below_horizon_cells", losses.below_horizon, "cells below the horizon, marked -1");
+  remark_count(report, "some_negative_cells", losses.some_negative, "cells with one or two negative channels, kept");
+  remark_count(report, "all_negative_cells", losses.all_negative,
+               "cells negative in every channel, kept; readers take them for unmeasured");
+  if (losses.anisotropic_source_cut) {
+    report.remarks.push_back(
+        {"anisotropic_source_cut", 1, "the source is anisotropic; the table holds phi_h = 0 only"});
+  }
+  if (losses.channel_repeated) {
+    report.remarks.push_back({"channel_repeated", 1, "the only channel stands in R, G and B"});
+  }
+}
+
+Status check_shape(std::string_view text) {
+  const Result<MerlShape> shape = parse_merl_shape_option(text);
+  return shape ? ok_status() : Status(shape.error());
+}
+
+constexpr std::array kOptions = {
+    OptionSpec{.name = "merl-shape",
+               .unit = "H,D,P",
+               .fallback = "90,90,180, or that of a MERL IN",
+               .check = check_shape,
+               .meaning = "Cells along theta_h, theta_d and phi_d, each 1 to 4096"},
+};
+
+}  // namespace
+
+Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shape, ByteSink& sink,
+                                 const Progress& progress) {
+  if (!is_sane_merl_shape(shape) || merl_cell_count(shape) > kMerlMaxResampledCells) {
+    return usage_error(
+        fmt::format("a MERL table has 1 to {} cells along each axis and here at most {} in all, not {} x {} x {}",
+                    kMerlMaxCount, kMerlMaxResampledCells, shape[0], shape[1], shape[2]));
+  }
+  if (source.channel_count() != kMerlChannelCount && source.channel_count() != 1) {
+    return unsupported(fmt::format("a MERL table holds 3 channels, the source has {}", source.channel_count()));
+  }
+  return Resampler(source, shape).run(sink, progress);
+}
+
+Result<MerlShape> parse_merl_shape_option(std::string_view text) {
+  MerlShape shape{};
+  std::string_view rest = text;
+  for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+    const std::size_t end = axis + 1 < shape.size() ? rest.find(',') : rest.size();
+    const auto count = parse_count(rest.substr(0, end));
+    if (end == std::string_view::npos || !count || *count < 1 || *count > kMerlMaxCount) {
+      return usage_error(fmt::format("'{}' is not three counts of 1 to {} such as 90,90,180", text, kMerlMaxCount));
+    }
+    shape[axis] = static_cast<std::uint32_t>(*count);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return shape;
+}
+
+std::span<const OptionSpec> merl_options() { return kOptions; }
+
+Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                 const Progress& progress) {
+  MerlShape shape = kMerlShape;
+  const auto wanted = options.text("merl-shape");
+  if (wanted) shape = parse_merl_shape_option(*wanted).value();
+  if (const std::shared_ptr<const ByteSource> stored = source.stored("merl")) {
+    const Result<std::vector<std::byte>> head = read_start(*stored, kMerlHeaderSize);
+    const Result<MerlShape> own = head ? parse_merl_shape(*head, stored->size()) : head.error();
+    if (!own) return own.error();
+    if (!wanted || *own == shape) {
+      report.remarks.push_back({"copied", 1, "copied bit for bit"});
+      return copy_bytes(*stored, sink, progress);
+    }
+  }
+  const SymmetrisedSource symmetrised(source);
+  const bool reciprocal = source.traits().reciprocal;
+  const Result<MerlReport> losses = resample_merl(reciprocal ? source : symmetrised, shape, sink, progress);
+  if (!losses) return losses.error();
+  if (!reciprocal) remark_reciprocity(report, reciprocity_difference_percent(source));
+  remark_losses(*losses, report);
+  return ok_status();
+}
+
+}  // namespace sbrdf

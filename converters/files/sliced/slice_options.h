@@ -1,0 +1,22 @@
+#pragma once
+
+#include <span>
+
+#include "converters/files/options.h"
+#include "converters/slicing/slicing.h"
+
+namespace sbrdf {
+
+/// The options of sliced files: where slices lie, how they are sampled and when to stop, and how they are coded.
+[[nodiscard]] std::span<const OptionSpec> sliced_options();
+
+/// kUsage, naming both, for options of which one would have no effect: that is a misunderstanding.
+[[nodiscard]] Status check_slice_options(const Options& options);
+
+/// Some option asks for sampling; those of coding (precision, chunks) do not.
+[[nodiscard]] bool ask_for_sampling(const Options& options);
+
+/// What the texts mean, defaults where there are none. They have passed check_options and check_slice_options.
+[[nodiscard]] SliceOptions slice_options(const Options& options);
+
+}  // namespace sbrdf

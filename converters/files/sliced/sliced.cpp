@@ -1,0 +1,113 @@
+#include "converters/files/sliced/sliced.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "codec/file/reader.h"
+#include "converters/files/sliced/slice_options.h"
+#include "converters/slicing/metadata_json.h"
+#include "converters/slicing/slicing.h"
+
+namespace sbrdf {
+namespace {
+
+void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
+  const SliceReport& report = slicing.report;
+  const std::uint64_t samples = slicing.sliced.sample_count();
+  std::vector<Remark>& remarks = told.remarks;
+  remarks.push_back({"samples", static_cast<double>(samples),
+                     std::to_string(samples) + " samples, " + std::to_string(slicing.sliced.crossing_count()) +
+                         " of them at crossings"});
+  if (samples < report.wanted_samples) {
+    remark_count(told, "samples_not_placed", report.wanted_samples - samples,
+                 "samples not placed: every interval is at the smallest gap");
+  }
+  for (const std::string& reason : report.reasons) remarks.push_back({"choice", 0, reason});
+  remarks.push_back({"held_back_mre_percent", report.error.mre_percent,
+                     "MRE " + percent_text(report.error.mre_percent) + " on " +
+                         std::to_string(report.error_directions) + " directions that took no part in any choice"});
+  remarks.push_back({"held_back_rel_l1_percent", report.error.rel_l1_percent,
+                     "relative L1 error " + percent_text(report.error.rel_l1_percent) + " on the same"});
+  if (report.error_values_all_zero) {
+    remarks.push_back({"held_back_values_all_zero", 1,
+                       "the source is zero on all of these directions: neither error says how good the file is"});
+  }
+  if (!reciprocal) remark_reciprocity(told, report.reciprocity_difference_percent);
+  remark_count(told, "zero_values", report.zero_values, "sampled values are exactly zero");
+  remark_count(told, "negative_values", report.negative_values, "sampled values are negative, kept");
+}
+
+// The errors that the metadata state were measured before the copy was rounded.
+std::string metadata_of_copy(const std::string& text, double precision) {
+  nlohmann::ordered_json json = parse_metadata(text);
+  if (!json.is_object()) return text;
+  if (json.contains("error") && !json.contains("error_before_rounding")) {
+    json["error_before_rounding"] = json["error"];
+    json.erase("error");
+  }
+  if (const auto before = json.find("precision_percent"); before != json.end() && *before != 0.0) {
+    json["coded_before_percent"].push_back(*before);
+  }
+  json["precision_percent"] = 100 * precision;
+  return emit_metadata(json);
+}
+
+Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& options, Report& report) {
+  EncodeOptions encoding = slice_options(options).encoding;
+  if (!options.has("precision")) encoding.precision = content.precision;
+  report.remarks.push_back({"copied", 1, "copied without sampling again"});
+  if (encoding.precision == content.precision) {
+    return sink.write(0, encode_sliced(content.sliced, content.lattice, encoding));
+  }
+  SlicedBrdf copy = content.sliced;
+  copy.metadata = metadata_of_copy(copy.metadata, encoding.precision);
+  return sink.write(0, encode_sliced(copy, content.lattice, encoding));
+}
+
+}  // namespace
+
+SlicedSource::SlicedSource(DecodedSliced decoded)
+    : decoded_(std::move(decoded)), evaluator_(decoded_.sliced, decoded_.lattice) {
+  traits_.format = "sbrdf";
+  traits_.description = "sliced BRDF, " + std::string(geometry(decoded_.sliced.frame.id).name()) + " frame";
+  traits_.channels = decoded_.sliced.channels;
+  traits_.isotropic = decoded_.sliced.frame.symmetries.isotropic;
+  traits_.reciprocal = true;
+}
+
+void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  const std::size_t channels = channel_count();
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const std::span<float> target = values.subspan(k * channels, channels);
+    if (std::max(pairs[k].i.theta, pairs[k].v.theta) > kPi / 2) {
+      std::fill(target.begin(), target.end(), 0.0F);
+    } else {
+      evaluator_.evaluate(pairs[k], target);
+    }
+  }
+}
+
+Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& /*options*/) {
+  const Result<SlicedReader> reader = SlicedReader::open(*bytes);
+  if (!reader) return reader.error();
+  Result<SlicedBrdf> sliced = reader->load_all();
+  if (!sliced) return sliced.error();
+  return std::unique_ptr<BrdfSource>(std::make_unique<SlicedSource>(
+      DecodedSliced{*std::move(sliced), reader->lattice(), reader->version(), reader->index().scale.bound()}));
+}
+
+Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                   const Progress& progress) {
+  if (const DecodedSliced* content = source.sliced(); content != nullptr && !ask_for_sampling(options)) {
+    return copy_sliced(*content, sink, options, report);
+  }
+  const SliceOptions slices = slice_options(options);
+  const Result<Slicing> slicing = slice_source(source, slices, progress);
+  if (!slicing) return slicing.error();
+  remark_slicing(*slicing, source.traits().reciprocal, report);
+  return sink.write(0, encode_sliced(slicing->sliced, slicing->lattice, slices.encoding));
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "codec/file/encoder.h"
+#include "codec/material/evaluator.h"
+#include "converters/files/format.h"
+#include "converters/source/brdf_source.h"
+
+namespace sbrdf {
+
+/// A sliced BRDF that can be evaluated. Reciprocal by construction.
+class SlicedSource final : public BrdfSource {
+ public:
+  explicit SlicedSource(DecodedSliced decoded);
+
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  [[nodiscard]] const DecodedSliced* sliced() const override { return &decoded_; }
+
+ private:
+  DecodedSliced decoded_;
+  SourceTraits traits_;
+  Evaluator evaluator_;
+};
+
+/// Opens a sliced file (specs/sbrdf.md), all of it: the row of the format table. Keeps nothing of the bytes.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes,
+                                                              const Options& options);
+
+/// Writes a sliced file. A source that has slices is written with just these, in another precision or another layout
+/// where `precision` or `chunks` ask for it, unless some other option asks to sample it anew; every other source is
+/// sampled. A copy in another precision says in its metadata that the errors in there were measured before.
+[[nodiscard]] Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                                 const Progress& progress);
+
+}  // namespace sbrdf
