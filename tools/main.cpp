@@ -5,8 +5,8 @@
 #include <string>
 
 #include "formats/core/result.h"
+#include "formats/os/interrupt.h"
 #include "tools/commands/commands.h"
-#include "tools/console/interrupt.h"
 #include "tools/console/terminal.h"
 
 namespace {

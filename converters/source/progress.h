@@ -5,6 +5,7 @@
 #include <mutex>
 #include <utility>
 
+#include "formats/core/interrupted.h"  // IWYU pragma: export
 #include "formats/core/result.h"
 
 namespace sbrdf {
@@ -15,9 +16,6 @@ struct Progress {
   /// two at once. Returning false asks to stop: the work then ends soon with interrupted_error(). May be empty.
   std::function<bool(double fraction)> report;
 };
-
-/// What every function that takes a Progress returns when it was asked to stop.
-[[nodiscard]] inline Error interrupted_error() { return io_error("interrupted"); }
 
 /// Counts the finished parts of some work and reports them rarely. Shared between the threads that do the work.
 class ProgressCounter {

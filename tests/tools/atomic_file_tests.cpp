@@ -1,4 +1,4 @@
-#include "tools/io/atomic_file.h"
+#include "formats/os/atomic_file.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -15,9 +15,9 @@
 #include <thread>
 #include <vector>
 
+#include "formats/os/files.h"
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
-#include "tools/io/files.h"
 
 namespace sbrdf {
 namespace {

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "converters/files/by_name.h"
 #include "converters/judge/storage_audit.h"
 #include "converters/slicing/slicing.h"
+#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
-#include "tools/io/sources.h"
 
 namespace sbrdf {
 namespace {

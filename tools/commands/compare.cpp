@@ -7,12 +7,12 @@
 #include <optional>
 #include <string>
 
+#include "converters/files/by_name.h"
 #include "converters/judge/compare.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
-#include "tools/io/sources.h"
 
 namespace sbrdf {
 namespace {

@@ -8,13 +8,14 @@
 #include <string>
 #include <utility>
 
+#include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
+#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
-#include "tools/io/sources.h"
+#include "tools/io/sha256.h"
 
 namespace sbrdf {
 namespace {

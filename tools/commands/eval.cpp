@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/by_name.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/terminal.h"
 #include "tools/io/direction_rows.h"
 #include "tools/io/line_reader.h"
-#include "tools/io/sources.h"
 
 namespace sbrdf {
 namespace {

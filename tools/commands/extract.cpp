@@ -12,10 +12,10 @@
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
+#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
 
 namespace sbrdf {
 namespace {

@@ -7,14 +7,14 @@
 
 #include "codec/coding/chunk_layout.h"
 #include "codec/file/reader.h"
+#include "converters/files/by_name.h"
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
 #include "converters/slicing/names.h"
+#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
-#include "tools/io/sources.h"
 
 namespace sbrdf {
 namespace {

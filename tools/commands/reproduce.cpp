@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "converters/paper/reproduce.h"
+#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
 
 namespace sbrdf {
 namespace {

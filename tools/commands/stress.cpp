@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "converters/stress/stress.h"
+#include "formats/os/interrupt.h"
 #include "tools/commands/commands.h"
-#include "tools/console/interrupt.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"

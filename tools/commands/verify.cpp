@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "formats/os/files.h"
 #include "formats/sbrdf/bundle.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
-#include "tools/io/files.h"
 
 namespace sbrdf {
 namespace {

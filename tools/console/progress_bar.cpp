@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "tools/console/interrupt.h"
+#include "formats/os/interrupt.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf {

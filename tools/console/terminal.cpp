@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "converters/source/progress.h"
-#include "tools/console/interrupt.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {

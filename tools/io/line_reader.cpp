@@ -6,7 +6,7 @@
 #include <system_error>
 
 #include "converters/source/progress.h"
-#include "tools/console/interrupt.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {

@@ -1,9 +1,9 @@
-#include "tools/io/descriptor.h"
+#include "formats/os/descriptor.h"
 
 #include <cerrno>
 #include <system_error>
 
-#include "converters/source/progress.h"
+#include "formats/core/interrupted.h"
 
 namespace sbrdf {
 

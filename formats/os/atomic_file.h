@@ -9,7 +9,7 @@
 
 #include "formats/core/byte_sink.h"
 #include "formats/core/result.h"
-#include "tools/io/descriptor.h"
+#include "formats/os/descriptor.h"
 
 namespace sbrdf {
 

@@ -9,7 +9,7 @@
 
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
-#include "tools/io/atomic_file.h"  // IWYU pragma: export
+#include "formats/os/atomic_file.h"  // IWYU pragma: export
 
 namespace sbrdf {
 
@@ -28,7 +28,11 @@ inline constexpr std::uint64_t kMapFrom = std::uint64_t{1} << 26U;
 /// where an ordinary file is larger than kMapFrom. kIo as for the two above; any size of an ordinary file will do.
 [[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path& path);
 
-/// SHA-256 of an ordinary file, 64 hexadecimal digits; empty where there is none at `path`, or it cannot be read twice.
-[[nodiscard]] std::string sha256_of(const std::filesystem::path& path);
+/// What a name stands for: anything at all, or an ordinary file.
+[[nodiscard]] bool exists(const std::filesystem::path& path);
+[[nodiscard]] bool is_ordinary_file(const std::filesystem::path& path);
+
+/// The extension of a name with its dot, such as ".sbrdf".
+[[nodiscard]] std::string extension_of(const std::string& name);
 
 }  // namespace sbrdf

@@ -1,25 +1,18 @@
-#include "tools/io/sources.h"
+#include "converters/files/by_name.h"
 
-#include <filesystem>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/source/progress.h"
-#include "tools/console/interrupt.h"
-#include "tools/io/files.h"
+#include "formats/os/files.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {
 
 using Bytes = std::shared_ptr<const ByteSource>;
-
-bool exists(const std::string& path) {
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored);
-}
 
 bool holds_many(const ByteSource& bytes) {
   const Result<const Format*> format = recognise(bytes);
@@ -32,8 +25,7 @@ std::optional<std::size_t> find_separator(const std::string& text) {
   std::optional<std::size_t> other;
   for (std::size_t at = text.find(':'); at != std::string::npos; at = text.find(':', at + 1)) {
     const std::string path = text.substr(0, at);
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(path, ignored)) continue;
+    if (!is_ordinary_file(path)) continue;
     const Result<std::unique_ptr<ByteSource>> file = map_file(path);
     if (!file || holds_many(**file)) return at;
     if (!other) other = at;

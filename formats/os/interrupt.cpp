@@ -1,4 +1,4 @@
-#include "tools/console/interrupt.h"
+#include "formats/os/interrupt.h"
 
 #include <fcntl.h>
 #include <poll.h>

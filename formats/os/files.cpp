@@ -1,7 +1,6 @@
-#include "tools/io/files.h"
+#include "formats/os/files.h"
 
 #include <fcntl.h>
-#include <openssl/evp.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,11 +12,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
-#include "converters/source/progress.h"
-#include "tools/console/interrupt.h"
-#include "tools/io/descriptor.h"
+#include "formats/core/interrupted.h"
+#include "formats/os/descriptor.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {
@@ -124,26 +124,16 @@ Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path&
   return std::shared_ptr<const ByteSource>(std::make_shared<OwnedMemorySource>(*std::move(bytes), path.string()));
 }
 
-std::string sha256_of(const std::filesystem::path& path) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file) return {};
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) return {};
-  std::vector<std::byte> piece;
-  for (std::uint64_t offset = 0; offset < (*file)->size(); offset += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, (*file)->size() - offset)));
-    if (!(*file)->read(offset, piece) || EVP_DigestUpdate(context.get(), piece.data(), piece.size()) != 1) return {};
-  }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (EVP_DigestFinal_ex(context.get(), digest.data(), &size) != 1) return {};
-  std::string text;
-  for (unsigned k = 0; k < size; ++k) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    text += kDigits[digest[k] >> 4U];
-    text += kDigits[digest[k] & 15U];
-  }
-  return text;
+bool exists(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
 }
+
+bool is_ordinary_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
+std::string extension_of(const std::string& name) { return std::filesystem::path(name).extension().string(); }
 
 }  // namespace sbrdf

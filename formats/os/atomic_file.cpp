@@ -1,4 +1,4 @@
-#include "tools/io/atomic_file.h"
+#include "formats/os/atomic_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -10,8 +10,8 @@
 #include <system_error>
 #include <utility>
 
-#include "converters/source/progress.h"
-#include "tools/console/interrupt.h"
+#include "formats/core/interrupted.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {
