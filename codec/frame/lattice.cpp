@@ -95,8 +95,7 @@ class Builder {
 
   template <class Visit>
   void for_each_pair(const Visit& visit) const {
-    for (std::uint32_t v = 0; v < node_count(kVertical); ++v)
-      for (std::uint32_t h = 0; h < node_count(kHorizontal); ++h) visit(PolarPair{h, v});
+    walk_polar_pairs(node_count(kHorizontal), node_count(kVertical), visit);
   }
 
   // The pairs of the lines along a polar axis.

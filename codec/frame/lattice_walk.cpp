@@ -15,4 +15,18 @@ std::vector<LatticePoint> first_points(const Lattice& lattice) {
   return first;
 }
 
+std::vector<LatticeLine> first_lines(const Lattice& lattice) {
+  std::vector<LatticeLine> first;
+  first.reserve(lattice.slices.size());
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    if (lattice.lines[axis].empty()) continue;
+    std::size_t k = 0;
+    walk_lattice(lattice, axis, [&](const LatticePoint& p) {
+      // A constant's target is no number of a slice.
+      if (lattice.lines[axis][k++].target == first.size()) first.push_back({axis, p});
+    });
+  }
+  return first;
+}
+
 }  // namespace sbrdf

@@ -10,6 +10,13 @@
 namespace sbrdf {
 namespace {
 
+// How equal things are found. The material's symmetries form a group G (reciprocity and up to two mirrors, 8 members at
+// most). f is the same at a point and at its images under G, so they all are one measurement; the images of a line all
+// carry the same values. A frame lists these images in a normal form in which equal places have equal numbers. A key
+// holds those numbers in whole units of 1e-6 degrees, so that rounding does not tell twins apart, and the image with
+// the least key stands for its orbit. What lies on a line (its offset along the moving axis) is no part of the key: it
+// says where on the common slice a line begins.
+//
 // Compared from the front: the moving axis, then theta_i before theta_v (elevation frame), so that of two reciprocal
 // twins the one with theta_i <= theta_v, and of two slices the horizontal one, is kept.
 using Key = std::array<std::int64_t, kAxisCount + 1>;
@@ -24,6 +31,8 @@ struct KeyHash {
 
 constexpr std::size_t kNoAxis = kAxisCount;
 constexpr std::int64_t kMoving = -1;  // no coordinate is negative
+// A line along a polar axis stands on no node of it. Beyond all nodes it is neither at a pole nor smaller than they
+// are.
 constexpr double kPastPolarNodesDeg = 180;
 
 std::size_t moving_axis(const AffineLine& line) {
@@ -33,6 +42,7 @@ std::size_t moving_axis(const AffineLine& line) {
   return kNoAxis;
 }
 
+// Member by member, so that most comparisons end before the rest is made.
 std::int64_t key_member(const AffineLine& line, std::size_t k) {
   if (k == 0) return static_cast<std::int64_t>(moving_axis(line));
   const std::size_t axis = kAxisCount - k;
@@ -106,8 +116,7 @@ class SymmetryFolding::Folding {
       const auto nodes = static_cast<std::uint32_t>(lattice_.nodes[axis].size());
       return with_lines && nodes > 1 ? nodes + 1 : nodes;
     };
-    for (std::uint32_t v = 0; v < count(kVertical); ++v)
-      for (std::uint32_t h = 0; h < count(kHorizontal); ++h) visit(PolarPair{h, v});
+    walk_polar_pairs(count(kHorizontal), count(kVertical), visit);
   }
 
   void fold_pattern(std::size_t axis, const PolarPair& pair, Pattern& pattern) {
@@ -115,25 +124,30 @@ class SymmetryFolding::Folding {
     line.offset[kHorizontal] = patterns_.polar_deg(pair, kHorizontal);
     line.offset[kVertical] = patterns_.polar_deg(pair, kVertical);
     if (axis != kPoints) line.slope[axis] = 1;
-    std::array<std::uint32_t, 2> p{};
-    const auto at_end = [&](std::size_t a) { return p[a] == (a == axis ? 1 : lattice_.nodes[a].size()); };
-    for (p[kDiagonal] = 0; !at_end(kDiagonal); ++p[kDiagonal]) {
-      for (p[kAxial] = 0; !at_end(kAxial); ++p[kAxial]) {
-        for (const std::size_t a : {kAxial, kDiagonal}) line.offset[a] = a == axis ? 0 : lattice_.nodes[a][p[a]];
-        const Images images = frame_.images(line, lattice_.spec.symmetries);
-        const auto [canonical, key] = representative(images);
-        pattern.exchanged = canonical.offset[kVertical] != line.offset[kVertical];
-        pattern.home = patterns_.kind_of(pattern.exchanged ? PolarPair{pair[1], pair[0]} : pair);
-        pattern.references.push_back(axis == kPoints ? crossing_reference(canonical, key, pattern)
-                                                     : slice_reference(canonical, key, pattern));
-        if (axis != kPoints && !pattern.references.back().is_constant()) {
-          collect_nodes(axis, p[1 - axis] * lattice_.corner_strides[1 - axis], pattern);
-        }
+    const auto count = [&](std::size_t a) {
+      return a == axis ? 1U : static_cast<std::uint32_t>(lattice_.nodes[a].size());
+    };
+    walk_grid({count(kAxial), count(kDiagonal), 1, 1}, [&](const LatticePoint& p) {
+      for (const std::size_t a : {kAxial, kDiagonal}) line.offset[a] = a == axis ? 0 : lattice_.nodes[a][p[a]];
+      fold_line(axis, pair, line, pattern);
+      if (axis != kPoints && !pattern.references.back().is_constant()) {
+        collect_nodes(axis, p[1 - axis] * lattice_.corner_strides[1 - axis], pattern);
       }
-    }
+    });
   }
 
-  // The number of a crossing or slice within its kind, and whether it is new.
+  // A line, or a point where `axis` is kPoints.
+  void fold_line(std::size_t axis, const PolarPair& pair, const AffineLine& line, Pattern& pattern) {
+    const Images images = frame_.images(line, lattice_.spec.symmetries);
+    const auto [canonical, key] = representative(images);
+    pattern.exchanged = canonical.offset[kVertical] != line.offset[kVertical];
+    pattern.home = patterns_.kind_of(pattern.exchanged ? PolarPair{pair[1], pair[0]} : pair);
+    pattern.references.push_back(axis == kPoints ? crossing_reference(canonical, key, pattern)
+                                                 : slice_reference(canonical, key, pattern));
+  }
+
+  // The number of a crossing or slice within its kind, and whether it is new. Within a kind the polar coordinates say
+  // nothing, so the kind stands in the key for both.
   std::pair<std::uint32_t, bool> number(Key key, std::size_t home, std::size_t count) {
     key[1] = static_cast<std::int64_t>(home);
     key[2] = 0;
@@ -157,16 +171,28 @@ class SymmetryFolding::Folding {
     return {k, canonical.slope[moving], canonical.offset[moving]};
   }
 
-  // The symmetries that map a line onto itself shorten its period or make it even about a point.
   [[nodiscard]] Slice make_slice(const AffineLine& canonical, std::size_t moving) const {
     Slice slice;
     slice.kind = static_cast<SliceKind>(moving);
     slice.gap_scale = frame_.arc_scale(moving);
     slice.fixed = canonical.offset;
+    slice.fixed[moving] = 0;
     AffineLine line = canonical;
     line.offset[moving] = 0;
     line.slope[moving] = 1;
-    slice.fixed[moving] = 0;
+    find_domain(line, moving, slice);
+    return slice;
+  }
+
+  // The symmetries that map a line onto itself tell how little of it needs measuring. Such an image has the line's own
+  // key, and the point at p goes to offset + slope p of the same line:
+  //
+  //   slope +1:  f(p) = f(p + offset)    one more period; all of them together have their greatest common divisor P
+  //   slope -1:  f(p) = f(offset - p)    even about offset / 2, and with the period about offset / 2 + P / 2 too
+  //
+  // Without the second kind [0, P) is measured. With it [start, start + P / 2] suffices, both ends mirrors, where start
+  // is the first point about which f is even.
+  void find_domain(const AffineLine& line, std::size_t moving, Slice& slice) const {
     std::int64_t period = node_units(frame_.line_period(moving, lattice_.spec.symmetries));
     std::int64_t centre = -1;
     const Key key = key_of(line);
@@ -185,10 +211,10 @@ class SymmetryFolding::Folding {
     slice.boundary = centre < 0 ? Boundary::kPeriodic : Boundary::kMirrored;
     slice.start_deg = centre < 0 ? 0 : static_cast<double>(centre % period) / kUnitsPerDegree / 2;
     slice.length_deg = centre < 0 ? period_deg : period_deg / 2;
-    return slice;
   }
 
-  // Of the line that `pattern` got last.
+  // Where the nodes of the line that `pattern` got last come to lie on its slice. Several lines add to one slice, since
+  // each may meet it at other nodes.
   void collect_nodes(std::size_t axis, std::uint32_t corner, const Pattern& pattern) {
     const LineReference& reference = pattern.references.back();
     PatternSlice& slice = patterns_.kinds_[pattern.home].slices[reference.target];
@@ -213,6 +239,7 @@ double SymmetryFolding::polar_deg(const PolarPair& pair, std::size_t axis) const
   return index < nodes.size() ? nodes[index] : kPastPolarNodesDeg;
 }
 
+// All that the symmetries see of two polar angles: which of them are 0, and which is the larger.
 std::size_t SymmetryFolding::kind_of(const PolarPair& pair) const {
   const double h = polar_deg(pair, kHorizontal);
   const double v = polar_deg(pair, kVertical);

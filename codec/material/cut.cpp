@@ -1,37 +1,69 @@
 #include "codec/material/cut.h"
 
 #include <algorithm>
-#include <map>
-#include <utility>
+#include <cstddef>
+#include <vector>
 
 #include "codec/frame/lattice_walk.h"
 
 namespace sbrdf {
 namespace {
 
-using Point = std::array<std::uint32_t, kAxisCount>;
+/// What is cut, and its lattice before and after. Azimuthal nodes are the same in both and polar ones the first few, so
+/// points and lines have the same indices in both.
+struct Cutting {
+  const SlicedBrdf& whole;
+  const Lattice& lattice;
+  const Lattice& smaller;
+  int max_depth;
+};
 
-/// Where each slice of a lattice is met first: axis and index of the line.
-std::vector<std::pair<std::size_t, Point>> first_lines(const Lattice& lattice) {
-  std::vector<std::pair<std::size_t, Point>> first(lattice.slices.size(), {kAxisCount, {}});
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    Point p{};
-    for (const LineReference& reference : lattice.lines[axis]) {
-      if (!reference.is_constant() && first[reference.target].first == kAxisCount) first[reference.target] = {axis, p};
-      for (std::size_t a = 0; a < kAxisCount; ++a) {
-        if (a == axis) continue;
-        if (++p[a] < lattice.nodes[a].size()) break;
-        p[a] = 0;
-      }
-    }
-  }
-  return first;
+// Row `row` of a table with one value per channel.
+void append_row(const std::vector<float>& from, std::size_t row, std::size_t channels, std::vector<float>& to) {
+  const auto first = from.begin() + static_cast<std::ptrdiff_t>(row * channels);
+  to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(channels));
 }
 
-std::uint32_t at(const Point& point, const Strides& strides) {
-  std::uint32_t k = 0;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) k += point[axis] * strides[axis];
-  return k;
+void cut_crossings(const Cutting& cut, SlicedBrdf& out) {
+  for (const LatticePoint& p : first_points(cut.smaller)) {
+    const std::uint32_t crossing = cut.lattice.corners[index_at(p, cut.lattice.corner_strides)];
+    append_row(cut.whole.crossing_values, crossing, cut.whole.channel_count(), out.crossing_values);
+  }
+}
+
+// A slice that ends earlier has its first intervals left; the last ones are gone.
+void cut_slices(const Cutting& cut, SlicedBrdf& out) {
+  std::vector<std::size_t> first_sample = {0};
+  for (const std::uint32_t count : cut.whole.sample_counts) first_sample.push_back(first_sample.back() + count);
+  const std::vector<LatticeLine> lines = first_lines(cut.smaller);
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    const auto& [axis, p] = lines[k];
+    const std::uint32_t target = cut.lattice.lines[axis][index_at(p, cut.lattice.line_strides[axis])].target;
+    const std::uint32_t intervals = cut.smaller.slices[k].interval_count();
+    const std::size_t before = out.positions.size();
+    for (std::size_t s = first_sample[target]; s < first_sample[target + 1]; ++s) {
+      const SamplePosition& place = cut.whole.positions[s];
+      if (place.interval >= intervals || depth_of(place.fraction) > cut.max_depth) continue;
+      out.positions.push_back(place);
+      append_row(cut.whole.sample_values, s, cut.whole.channel_count(), out.sample_values);
+    }
+    out.sample_counts.push_back(static_cast<std::uint32_t>(out.positions.size() - before));
+  }
+}
+
+// A guide ends where theta_h does. All of its depths are kept: without it, no value comes out right.
+void cut_guide(const Cutting& cut, SlicedBrdf& out) {
+  if (!cut.whole.guide) return;
+  const Guide& whole = *cut.whole.guide;
+  Guide& guide = out.guide.emplace();
+  guide.ratio = whole.ratio;
+  const std::size_t nodes = cut.smaller.nodes[kVertical].size();
+  for (std::size_t s = 0; s < whole.places.size(); ++s) {
+    const SamplePosition& place = whole.places[s];
+    if (place.interval + (place.fraction == 0 ? 0 : 1) >= nodes) continue;
+    guide.places.push_back(place);
+    append_row(whole.values, s, cut.whole.channel_count(), guide.values);
+  }
 }
 
 }  // namespace
@@ -55,44 +87,10 @@ Result<SlicedBrdf> cut_sliced(const SlicedBrdf& sliced, const Lattice& lattice, 
   cut.metadata = sliced.metadata;
   const Result<Lattice> smaller = build_lattice(cut.frame);
   if (!smaller) return smaller.error();
-  const std::size_t channels = sliced.channel_count();
-
-  // Azimuthal nodes are the same and polar ones the first few, so points and lines have the same indices in both.
-  for (const Point& p : first_points(*smaller)) {
-    const auto from = sliced.crossing_values.begin() +
-                      static_cast<std::ptrdiff_t>(lattice.corners[at(p, lattice.corner_strides)] * channels);
-    cut.crossing_values.insert(cut.crossing_values.end(), from, from + static_cast<std::ptrdiff_t>(channels));
-  }
-  std::vector<std::size_t> first_sample = {0};
-  for (const std::uint32_t count : sliced.sample_counts) first_sample.push_back(first_sample.back() + count);
-  const auto lines = first_lines(*smaller);
-  for (std::size_t k = 0; k < lines.size(); ++k) {
-    const auto& [axis, p] = lines[k];
-    const std::uint32_t target = lattice.lines[axis][at(p, lattice.line_strides[axis])].target;
-    const std::uint32_t intervals = smaller->slices[k].interval_count();
-    std::uint32_t count = 0;
-    for (std::size_t s = first_sample[target]; s < first_sample[target + 1]; ++s) {
-      const SamplePosition& place = sliced.positions[s];
-      if (place.interval >= intervals || depth_of(place.fraction) > options.max_depth) continue;
-      ++count;
-      cut.positions.push_back(place);
-      const auto from = sliced.sample_values.begin() + static_cast<std::ptrdiff_t>(s * channels);
-      cut.sample_values.insert(cut.sample_values.end(), from, from + static_cast<std::ptrdiff_t>(channels));
-    }
-    cut.sample_counts.push_back(count);
-  }
-  if (sliced.guide) {
-    cut.guide.emplace();
-    cut.guide->ratio = sliced.guide->ratio;
-    const std::size_t nodes = smaller->nodes[kVertical].size();
-    for (std::size_t s = 0; s < sliced.guide->places.size(); ++s) {
-      const SamplePosition& place = sliced.guide->places[s];
-      if (place.interval + (place.fraction == 0 ? 0 : 1) >= nodes) continue;
-      cut.guide->places.push_back(place);
-      const auto from = sliced.guide->values.begin() + static_cast<std::ptrdiff_t>(s * channels);
-      cut.guide->values.insert(cut.guide->values.end(), from, from + static_cast<std::ptrdiff_t>(channels));
-    }
-  }
+  const Cutting cutting = {sliced, lattice, *smaller, options.max_depth};
+  cut_crossings(cutting, cut);
+  cut_slices(cutting, cut);
+  cut_guide(cutting, cut);
   if (Status status = check_sliced(cut, *smaller); !status) return status.error();
   return cut;
 }
