@@ -69,13 +69,28 @@ bool cell_meets(const Lattice& lattice, const CellSet::Cell& cell, const Directi
          (azimuth(kDiagonal, difference) || azimuth(kDiagonal, {-difference.to, -difference.from}));
 }
 
-std::uint32_t at_corner(const Lattice& lattice, const CellSet::Cell& cell, unsigned bits, const Strides& strides) {
-  std::uint32_t at = 0;
+// Bit k of `bits` tells the two sides of the cell on axis k apart; an axis of one node has one side only.
+LatticePoint corner_of(const Lattice& lattice, const CellSet::Cell& cell, unsigned bits) {
+  LatticePoint corner = cell;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     const auto last = static_cast<std::uint32_t>(lattice.nodes[axis].size() - 1);
-    at += std::min(last, cell[axis] + ((bits >> axis) & 1U)) * strides[axis];
+    corner[axis] = std::min(last, cell[axis] + ((bits >> axis) & 1U));
   }
-  return at;
+  return corner;
+}
+
+// The lines that begin at a corner on the lower side of their axis, and what lies under it.
+void mark_corner(const Lattice& lattice, const LatticePoint& corner, unsigned bits, LatticeParts& parts) {
+  parts.crossings[lattice.corners[index_at(corner, lattice.corner_strides)]] = true;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    if (((bits >> axis) & 1U) != 0 || lattice.nodes[axis].size() < 2) continue;
+    const LineReference& line = lattice.lines[axis][index_at(corner, lattice.line_strides[axis])];
+    if (line.is_constant()) {
+      parts.crossings[line.crossing()] = true;
+    } else {
+      parts.slices[line.target] = true;
+    }
+  }
 }
 
 }  // namespace
@@ -96,9 +111,7 @@ CellSet::Cell cell_of(const Lattice& lattice, const DirectionPair& pair) {
   CellSet::Cell cell{};
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     const std::vector<double>& nodes = lattice.nodes[axis];
-    if (nodes.size() < 2) continue;
-    const auto after = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, x[axis]);
-    cell[axis] = static_cast<std::uint32_t>(after - nodes.begin()) - 1;
+    if (nodes.size() > 1) cell[axis] = cell_on_axis(nodes, cells_per_degree(nodes), x[axis]).index;
   }
   return cell;
 }
@@ -122,18 +135,7 @@ CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs) {
 LatticeParts needs_of(const Lattice& lattice, const CellSet& cells) {
   LatticeParts needs = {std::vector<bool>(lattice.crossings.size()), std::vector<bool>(lattice.slices.size())};
   cells.for_each([&](const CellSet::Cell& cell) {
-    for (unsigned bits = 0; bits < 16; ++bits) {
-      needs.crossings[lattice.corners[at_corner(lattice, cell, bits, lattice.corner_strides)]] = true;
-      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        if (((bits >> axis) & 1U) != 0 || lattice.nodes[axis].size() < 2) continue;
-        const LineReference& line = lattice.lines[axis][at_corner(lattice, cell, bits, lattice.line_strides[axis])];
-        if (line.is_constant()) {
-          needs.crossings[line.crossing()] = true;
-        } else {
-          needs.slices[line.target] = true;
-        }
-      }
-    }
+    for (unsigned bits = 0; bits < 16; ++bits) mark_corner(lattice, corner_of(lattice, cell, bits), bits, needs);
   });
   for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
     if (!needs.slices[k]) continue;

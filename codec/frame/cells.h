@@ -1,18 +1,44 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "codec/frame/lattice.h"
+#include "codec/frame/lattice_walk.h"
 
 namespace sbrdf {
+
+/// A cell of one axis of the padded lattice.
+struct AxisCell {
+  std::uint32_t index = 0;  ///< the node before it
+  double x = 0;             ///< [degrees] the coordinate that was looked up, within the axis
+};
+
+/// As many cells as an axis has, by its length [degrees]: tells about where cell_on_axis finds a coordinate. 0 for an
+/// axis of one node.
+[[nodiscard]] inline double cells_per_degree(std::span<const double> nodes) {
+  return nodes.back() > 0 ? static_cast<double>(nodes.size() - 1) / nodes.back() : 0;
+}
+
+/// The cell that holds a coordinate: the last one whose node lies at or before it, so a node belongs to the cell that
+/// it begins, and the end of the axis to the last cell. What lies outside the axis is moved to its end, a NaN to its
+/// first node. `per_degree` is cells_per_degree(nodes). Nothing is snapped: rounding beside a node decides between two
+/// cells that agree there. `nodes` has two members or more.
+[[nodiscard]] inline AxisCell cell_on_axis(std::span<const double> nodes, double per_degree, double x) {
+  const double clamped = x > nodes.front() ? std::min(x, nodes.back()) : nodes.front();
+  const auto last = static_cast<std::uint32_t>(nodes.size() - 2);
+  std::uint32_t index = std::min(static_cast<std::uint32_t>(clamped * per_degree), last);
+  while (index > 0 && nodes[index] > clamped) --index;
+  while (index < last && nodes[index + 1] <= clamped) ++index;
+  return {index, clamped};
+}
 
 /// Which cells of a padded lattice are meant: the unit in which a sliced BRDF can be loaded in part.
 class CellSet {
  public:
-  using Cell = std::array<std::uint32_t, kAxisCount>;  ///< node before the cell on each axis; 0 on an axis of one node
+  using Cell = LatticePoint;  ///< node before the cell on each axis; 0 on an axis of one node
 
   /// No cell yet.
   explicit CellSet(const Lattice& lattice);
@@ -20,19 +46,16 @@ class CellSet {
   void add(const Cell& cell) { inside_[index_of(cell)] = true; }
   void add_all() { inside_.assign(inside_.size(), true); }
   [[nodiscard]] bool contains(const Cell& cell) const { return inside_[index_of(cell)]; }
+  /// How many cells it holds.
   [[nodiscard]] std::size_t size() const;
 
-  /// Calls `visit(cell)` for each cell of the set.
+  /// Calls `visit(cell)` for each cell of the set, axis 0 fastest.
   template <class Visit>
   void for_each(const Visit& visit) const {
-    Cell cell{};
     std::size_t k = 0;
-    for (cell[3] = 0; cell[3] < counts_[3]; ++cell[3])
-      for (cell[2] = 0; cell[2] < counts_[2]; ++cell[2])
-        for (cell[1] = 0; cell[1] < counts_[1]; ++cell[1])
-          for (cell[0] = 0; cell[0] < counts_[0]; ++cell[0]) {
-            if (inside_[k++]) visit(cell);
-          }
+    walk_grid(counts_, [&](const Cell& cell) {
+      if (inside_[k++]) visit(cell);
+    });
   }
 
  private:
@@ -40,11 +63,11 @@ class CellSet {
     return cell[0] + counts_[0] * (cell[1] + counts_[1] * (cell[2] + std::size_t{counts_[2]} * cell[3]));
   }
 
-  Cell counts_{};
-  std::vector<bool> inside_;
+  Cell counts_{};             ///< cells of each axis, 1 where there is one node
+  std::vector<bool> inside_;  ///< axis 0 fastest
 };
 
-/// The cell that evaluation of a pair uses.
+/// The cell that evaluation of a pair uses, above the horizon or not.
 [[nodiscard]] CellSet::Cell cell_of(const Lattice& lattice, const DirectionPair& pair);
 
 /// A box of directions [degrees]: from <= theta < to (the largest theta of the frame belongs to a box that ends at or
@@ -63,13 +86,13 @@ struct DirectionBox {
 /// The cells that the pairs lie in.
 [[nodiscard]] CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs);
 
-/// Crossings and slices, each marked or not.
+/// Crossings and slices, each marked or not, by their numbers.
 struct LatticeParts {
   std::vector<bool> crossings;
   std::vector<bool> slices;
 };
-/// What evaluation within some cells uses: their sixteen corners and thirty-two lines, and all crossings of these
-/// lines.
+/// What evaluation within some cells uses: their sixteen corners, their thirty-two lines, and all crossings of these
+/// lines, since a spline takes all samples of its slice.
 [[nodiscard]] LatticeParts needs_of(const Lattice& lattice, const CellSet& cells);
 
 }  // namespace sbrdf

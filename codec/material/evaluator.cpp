@@ -4,10 +4,88 @@
 #include <cmath>
 #include <limits>
 
-#include "codec/material/slice_samples.h"
+#include "codec/frame/cells.h"
 #include "codec/material/spline.h"
 
 namespace sbrdf {
+namespace {
+
+constexpr std::size_t kNoAxis = kAxisCount;
+
+/// Where a slice is met, as a distance from its start within [0, length]: by period, reflection or clamping.
+double distance_from_start(Boundary boundary, double length, double distance) {
+  if (boundary == Boundary::kBounded) return std::clamp(distance, 0.0, length);
+  const double period = boundary == Boundary::kMirrored ? 2 * length : length;
+  distance -= period * std::floor(distance / period);
+  return distance > length ? std::max(0.0, period - distance) : distance;
+}
+
+/// The multilinear mean of the points of a cell, whose bit m of the index tells the two sides of the m-th axis apart;
+/// points of lines lack the axis `left_out`. Halves the points axis by axis, the last first, whose sides lie farthest
+/// apart, and destroys them.
+template <class Real, std::size_t N>
+std::array<Real, N> mean(std::array<std::array<Real, N>, 16>& points, const std::array<Real, kAxisCount>& fraction,
+                         std::size_t axis_count, std::size_t left_out) {
+  std::size_t count = std::size_t{1} << (left_out < kAxisCount ? axis_count - 1 : axis_count);
+  for (std::size_t m = axis_count; m-- > 0;) {
+    if (m == left_out) continue;
+    count /= 2;
+    for (std::size_t k = 0; k < count; ++k) {
+      for (std::size_t c = 0; c < N; ++c) points[k][c] = mix(fraction[m], points[k][c], points[k + count][c]);
+    }
+  }
+  return points[0];
+}
+
+/// m_1 + ... + m_d - (d - 1) c as c + (m_1 - c) + ... + (m_d - c), with one change: the mean that differs most from the
+/// corners is taken as it is and only the others by their differences. At a sample only one of the means differs, so
+/// the sample comes back to the last bit; c + (m - c) would round twice.
+template <class Real, std::size_t N>
+class SliceSum {
+ public:
+  using Values = std::array<Real, N>;
+
+  explicit SliceSum(const Values& corner_mean) : corner_mean_(corner_mean), best_(corner_mean) {
+    least_.fill(std::numeric_limits<Real>::max());
+    most_.fill(std::numeric_limits<Real>::lowest());
+  }
+
+  /// Slice values between whose least and greatest the sum may have to stay.
+  void note_range(std::span<const Values> lines) {
+    for (const Values& line : lines) {
+      for (std::size_t c = 0; c < N; ++c) {
+        least_[c] = std::min(least_[c], line[c]);
+        most_[c] = std::max(most_[c], line[c]);
+      }
+    }
+  }
+
+  void add(const Values& slice_mean) {
+    for (std::size_t c = 0; c < N; ++c) {
+      const Real difference = slice_mean[c] - corner_mean_[c];
+      const Real best_difference = best_[c] - corner_mean_[c];
+      const bool larger = std::abs(difference) > std::abs(best_difference);
+      others_[c] += larger ? best_difference : difference;
+      if (larger) best_[c] = slice_mean[c];
+    }
+  }
+
+  [[nodiscard]] Real value(std::size_t c, bool clamp_below, bool clamp_above) const {
+    Real value = best_[c] + others_[c];
+    if (clamp_below) value = std::max(value, least_[c]);
+    if (clamp_above) value = std::min(value, most_[c]);
+    return value;
+  }
+
+ private:
+  Values corner_mean_;
+  Values best_;
+  Values others_{};
+  Values least_;
+  Values most_;
+};
+
+}  // namespace
 
 template <class Real>
 BasicEvaluator<Real>::BasicEvaluator(const SlicedBrdf& sliced, const Lattice& lattice)
@@ -21,8 +99,8 @@ BasicEvaluator<Real>::BasicEvaluator(const SlicedBrdf& sliced, const Lattice& la
       line_strides_(lattice.line_strides) {
   map_ = ValueMap<Real>(sliced, lattice);
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    const double extent = nodes_[axis].back();
-    cells_per_degree_[axis] = extent > 0 ? static_cast<double>(nodes_[axis].size() - 1) / extent : 0;
+    cells_per_degree_[axis] = cells_per_degree(nodes_[axis]);
+    if (nodes_[axis].size() > 1) moving_[moving_count_++] = axis;
   }
   const ValueMap<Wide> map(sliced, lattice);
   add_corners(sliced, lattice, map);
@@ -46,37 +124,34 @@ void BasicEvaluator<Real>::add_curves(const SlicedBrdf& sliced, const Lattice& l
   std::vector<Wide> second;
   for (std::size_t k = 0; k < slices.size(); ++k) {
     const Slice& slice = lattice.slices[k];
-    const std::size_t n = slices[k].size();
-    values.resize(n * channels_);
-    second.resize(n * channels_);
-    for (std::size_t v = 0; v < n; ++v) {
-      map.forward(coordinates_on(slice, slices[k].positions_deg[v]),
-                  std::span(slices[k].values).subspan(v * channels_, channels_),
-                  std::span(values).subspan(v * channels_, channels_));
-    }
+    map.forward(slice, slices[k], values);
+    second.resize(values.size());
     for (std::size_t c = 0; c < channels_; ++c) {
       solver.solve(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c, second.data() + c,
                    channels_);
     }
-    Curve curve;
-    curve.boundary = slice.boundary;
-    curve.start = slice.start_deg;
-    curve.length = slice.length_deg;
-    curve.first_knot = static_cast<std::uint32_t>(knots_.size());
-    const std::size_t knots = slice.boundary == Boundary::kPeriodic ? n + 1 : n;
-    for (std::size_t s = 0; s < knots; ++s) {
-      const std::size_t sample = s % n;
-      knots_.push_back(s < n ? slices[k].positions_deg[s] : slice.start_deg + slice.length_deg);
-      for (std::size_t c = 0; c < channels_; ++c) {
-        knot_values_.push_back(static_cast<Real>(values[sample * channels_ + c]));
-      }
-      for (std::size_t c = 0; c < channels_; ++c) {
-        knot_values_.push_back(static_cast<Real>(second[sample * channels_ + c]));
-      }
-    }
-    add_buckets(curve);
-    curves_.push_back(curve);
+    add_curve(slice, slices[k], values, second);
   }
+}
+
+template <class Real>
+void BasicEvaluator<Real>::add_curve(const Slice& slice, const SliceSamples& samples, std::span<const Wide> values,
+                                     std::span<const Wide> second) {
+  Curve curve;
+  curve.boundary = slice.boundary;
+  curve.start = slice.start_deg;
+  curve.length = slice.length_deg;
+  curve.first_knot = static_cast<std::uint32_t>(knots_.size());
+  const std::size_t n = samples.size();
+  const std::size_t knots = slice.boundary == Boundary::kPeriodic ? n + 1 : n;
+  for (std::size_t knot = 0; knot < knots; ++knot) {
+    knots_.push_back(knot < n ? samples.positions_deg[knot] : slice.start_deg + slice.length_deg);
+    for (const std::span<const Wide> row : {values, second}) {
+      for (const Wide v : row.subspan(knot % n * channels_, channels_)) knot_values_.push_back(static_cast<Real>(v));
+    }
+  }
+  add_buckets(curve);
+  curves_.push_back(curve);
 }
 
 // About one bucket a segment, so that a look-up ends after a step or two wherever the samples crowd.
@@ -101,140 +176,114 @@ void BasicEvaluator<Real>::evaluate(const DirectionPair& pair, std::span<Real> v
 
 template <class Real>
 void BasicEvaluator<Real>::evaluate_at(const Coordinates& x, std::span<Real> values) const {
+  constexpr std::size_t kMany = ValueMap<Real>::kMostChannels;
   const Cell cell = locate(x);
   std::size_t c = 0;
-  for (; c + 3 <= channels_; c += 3) reconstruct<3>(cell, x, c, values.data() + c);
+  for (; c + kMany <= channels_; c += kMany) reconstruct<kMany>(cell, x, c, values.data() + c);
   for (; c < channels_; ++c) reconstruct<1>(cell, x, c, values.data() + c);
 }
 
 template <class Real>
 typename BasicEvaluator<Real>::Cell BasicEvaluator<Real>::locate(const Coordinates& x) const {
   Cell cell;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+  for (std::size_t m = 0; m < moving_count_; ++m) {
+    const std::size_t axis = moving_[m];
     const std::vector<double>& nodes = nodes_[axis];
-    if (nodes.size() < 2) continue;
-    // Written so that a NaN ends at the first node.
-    const double clamped = x[axis] > nodes.front() ? std::min(x[axis], nodes.back()) : nodes.front();
-    const auto last_cell = static_cast<std::uint32_t>(nodes.size() - 2);
-    std::uint32_t index = std::min(static_cast<std::uint32_t>(clamped * cells_per_degree_[axis]), last_cell);
-    while (index > 0 && nodes[index] > clamped) --index;
-    while (index < last_cell && nodes[index + 1] <= clamped) ++index;
+    const auto [index, clamped] = cell_on_axis(nodes, cells_per_degree_[axis], x[axis]);
     cell.index[axis] = index;
-    cell.fraction[axis] = static_cast<Real>((static_cast<Wide>(clamped) - nodes[index]) /
-                                            (static_cast<Wide>(nodes[index + 1]) - nodes[index]));
+    cell.fraction[m] = static_cast<Real>((static_cast<Wide>(clamped) - nodes[index]) /
+                                         (static_cast<Wide>(nodes[index + 1]) - nodes[index]));
   }
   return cell;
 }
 
 template <class Real>
+inline typename BasicEvaluator<Real>::Segment BasicEvaluator<Real>::segment_at(const Curve& curve,
+                                                                               double position) const {
+  const double from_start = distance_from_start(curve.boundary, curve.length, position - curve.start);
+  const std::uint32_t bucket =
+      std::min(static_cast<std::uint32_t>(from_start * curve.buckets_per_degree), curve.bucket_count - 1);
+  const double at = curve.start + from_start;
+  const double end = curve.start + curve.length;
+  std::uint32_t knot = buckets_[curve.first_bucket + bucket];
+  while (knots_[knot] > at && knot > curve.first_knot) --knot;
+  while (knots_[knot + 1] < at && knots_[knot + 1] < end) ++knot;
+  const double width = knots_[knot + 1] - knots_[knot];
+  return {knot, static_cast<Real>(std::clamp((at - knots_[knot]) / width, 0.0, 1.0)),
+          static_cast<Real>(width * width / 6)};
+}
+
+// The value of the slice on which a line lies, where the coordinate along it is x.
+template <class Real>
 template <std::size_t N>
 void BasicEvaluator<Real>::along_line(const LineReference& reference, double x, std::size_t channel,
                                       Real* values) const {
   if (reference.is_constant()) {
-    const Real* corner = corner_values_.data() + reference.crossing() * channels_ + channel;
-    std::copy(corner, corner + N, values);
+    std::copy_n(corner_values_.data() + reference.crossing() * channels_ + channel, N, values);
     return;
   }
-  const Curve& curve = curves_[reference.target];
-  double from_start = reference.sign * x + reference.offset_deg - curve.start;
-  if (curve.boundary == Boundary::kBounded) {
-    from_start = std::clamp(from_start, 0.0, curve.length);
-  } else {
-    const double period = curve.boundary == Boundary::kMirrored ? 2 * curve.length : curve.length;
-    from_start -= period * std::floor(from_start / period);
-    if (from_start > curve.length) from_start = std::max(0.0, period - from_start);
-  }
-  const std::uint32_t bucket =
-      std::min(static_cast<std::uint32_t>(from_start * curve.buckets_per_degree), curve.bucket_count - 1);
-  const double position = curve.start + from_start;
-  std::uint32_t knot = buckets_[curve.first_bucket + bucket];
-  while (knots_[knot] > position && knot > curve.first_knot) --knot;
-  const double end = curve.start + curve.length;
-  while (knots_[knot + 1] < position && knots_[knot + 1] < end) ++knot;
-  const double width = knots_[knot + 1] - knots_[knot];
-  const Real t = static_cast<Real>(std::clamp((position - knots_[knot]) / width, 0.0, 1.0));
-  const Real sixth = static_cast<Real>(width * width / 6);
-  const Real* left = knot_values_.data() + knot * 2 * channels_ + channel;
+  const Segment segment = segment_at(curves_[reference.target], reference.sign * x + reference.offset_deg);
+  const Real* left = knot_values_.data() + segment.knot * 2 * channels_ + channel;
   const Real* right = left + 2 * channels_;
   for (std::size_t c = 0; c < N; ++c) {
-    values[c] = evaluate_segment(t, sixth, left[c], right[c], left[channels_ + c], right[channels_ + c]);
+    values[c] =
+        evaluate_segment(segment.t, segment.sixth, left[c], right[c], left[channels_ + c], right[channels_ + c]);
   }
 }
 
-// Section 7 of the paper: r = max(p + q + s + t - 3 c, min), where p, q, s, t are the multilinear means of the eight
-// slices of each kind and c of the sixteen corners.
+template <class Real>
+template <std::size_t N>
+void BasicEvaluator<Real>::read_corners(const Cell& cell, std::size_t channel, Points<N>& points) const {
+  std::uint32_t first = 0;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) first += cell.index[axis] * corner_strides_[axis];
+  for (std::uint32_t bits = 0; bits < (1U << moving_count_); ++bits) {
+    std::uint32_t corner = first;
+    for (std::size_t m = 0; m < moving_count_; ++m) corner += ((bits >> m) & 1U) * corner_strides_[moving_[m]];
+    std::copy_n(corner_values_.data() + corners_[corner] * channels_ + channel, N, points[bits].data());
+  }
+}
+
+template <class Real>
+template <std::size_t N>
+void BasicEvaluator<Real>::read_lines(const Cell& cell, std::size_t along, double x, std::size_t channel,
+                                      Points<N>& points) const {
+  const std::size_t axis = moving_[along];
+  const Strides& strides = line_strides_[axis];
+  std::uint32_t first = 0;
+  for (std::size_t a = 0; a < kAxisCount; ++a) first += cell.index[a] * strides[a];
+  for (std::uint32_t bits = 0; bits < (1U << (moving_count_ - 1)); ++bits) {
+    std::uint32_t line = first;
+    for (std::size_t m = 0, bit = 0; m < moving_count_; ++m) {
+      if (m != along) line += ((bits >> bit++) & 1U) * strides[moving_[m]];
+    }
+    along_line<N>(lines_[axis][line], x, channel, points[bits].data());
+  }
+}
+
+// Section 7 of the paper. Let d axes move in the cell that holds the point, which lies the fractions t_1 ... t_d of the
+// way along its sides. A corner weighs the product of t_a or 1 - t_a over all axes, a line along axis a the same
+// product over the others:
+//
+//   c   = sum over the 2^d corners         of weight x value
+//   m_a = sum over the 2^(d-1) lines along a of weight x value of the slice there      (p, q, s, t in the paper)
+//   r   = max(m_1 + ... + m_d - (d - 1) c, least of all those slice values)            (d = 4: p + q + s + t - 3 c)
+//
+// On a line along axis a, one weight of m_a is 1; every other slice of the cell is met at its end, a corner, so that
+// the other m_b are c, and r is the slice. In the log domain all of this happens in v, and r stays below the greatest
+// slice.
 template <class Real>
 template <std::size_t N>
 void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, std::size_t channel,
                                        Real* values) const {
-  using Values = std::array<Real, N>;
-  std::array<std::size_t, kAxisCount> moving{};
-  std::size_t moving_count = 0;
-  std::uint32_t first_corner = 0;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    first_corner += cell.index[axis] * corner_strides_[axis];
-    if (nodes_[axis].size() > 1) moving[moving_count++] = axis;
+  Points<N> points;
+  read_corners<N>(cell, channel, points);
+  SliceSum<Real, N> sum(mean(points, cell.fraction, moving_count_, kNoAxis));
+  for (std::size_t along = 0; along < moving_count_; ++along) {
+    read_lines<N>(cell, along, x[moving_[along]], channel, points);
+    sum.note_range(std::span(points).first(std::size_t{1} << (moving_count_ - 1)));
+    sum.add(mean(points, cell.fraction, moving_count_, along));
   }
-  std::array<Values, 16> points;
-  for (std::uint32_t bits = 0; bits < (1U << moving_count); ++bits) {
-    std::uint32_t corner = first_corner;
-    for (std::size_t m = 0; m < moving_count; ++m) corner += ((bits >> m) & 1U) * corner_strides_[moving[m]];
-    std::copy_n(corner_values_.data() + corners_[corner] * channels_ + channel, N, points[bits].data());
-  }
-  // Halves the points axis by axis; the last axis lies farthest apart.
-  const auto mean = [&](std::size_t left_out) {
-    std::size_t count = std::size_t{1} << (left_out < kAxisCount ? moving_count - 1 : moving_count);
-    for (std::size_t m = moving_count; m-- > 0;) {
-      if (moving[m] == left_out) continue;
-      count /= 2;
-      for (std::size_t k = 0; k < count; ++k) {
-        for (std::size_t c = 0; c < N; ++c) {
-          points[k][c] = mix(cell.fraction[moving[m]], points[k][c], points[k + count][c]);
-        }
-      }
-    }
-    return points[0];
-  };
-  const Values corner_mean = mean(kAxisCount);
-
-  Values least;
-  Values most;
-  least.fill(std::numeric_limits<Real>::max());
-  most.fill(std::numeric_limits<Real>::lowest());
-  // The mean of the slices that differs most from the corners is taken as it is and the others by their differences, so
-  // that a sample comes back to the last bit: there only one of the means differs.
-  Values best = corner_mean;
-  Values others{};
-  for (std::size_t along = 0; along < moving_count; ++along) {
-    const std::size_t axis = moving[along];
-    std::uint32_t first_line = 0;
-    for (std::size_t a = 0; a < kAxisCount; ++a) first_line += cell.index[a] * line_strides_[axis][a];
-    for (std::uint32_t bits = 0; bits < (1U << (moving_count - 1)); ++bits) {
-      std::uint32_t line = first_line;
-      for (std::size_t m = 0, bit = 0; m < moving_count; ++m) {
-        if (m != along) line += ((bits >> bit++) & 1U) * line_strides_[axis][moving[m]];
-      }
-      along_line<N>(lines_[axis][line], x[axis], channel, points[bits].data());
-      for (std::size_t c = 0; c < N; ++c) {
-        least[c] = std::min(least[c], points[bits][c]);
-        most[c] = std::max(most[c], points[bits][c]);
-      }
-    }
-    const Values slice_mean = mean(axis);
-    for (std::size_t c = 0; c < N; ++c) {
-      const Real difference = slice_mean[c] - corner_mean[c];
-      const Real best_difference = best[c] - corner_mean[c];
-      const bool larger = std::abs(difference) > std::abs(best_difference);
-      others[c] += larger ? best_difference : difference;
-      if (larger) best[c] = slice_mean[c];
-    }
-  }
-  for (std::size_t c = 0; c < N; ++c) {
-    Real value = best[c] + others[c];
-    if (moving_count > 0) value = std::max(value, least[c]);
-    if (moving_count > 0 && clamp_above_) value = std::min(value, most[c]);
-    values[c] = value;
-  }
+  for (std::size_t c = 0; c < N; ++c) values[c] = sum.value(c, moving_count_ > 0, moving_count_ > 0 && clamp_above_);
   map_.inverse(x, channel, std::span(values, N));
 }
 

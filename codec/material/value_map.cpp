@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -76,9 +77,20 @@ void ValueMap<Real>::forward(const Coordinates& x, std::span<const float> f, std
 }
 
 template <class Real>
+void ValueMap<Real>::forward(const Slice& slice, const SliceSamples& samples, std::vector<Real>& residuals) const {
+  residuals.resize(samples.values.size());
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    const std::size_t row = s * maps_.size();
+    forward(coordinates_on(slice, samples.positions_deg[s]), std::span(samples.values).subspan(row, maps_.size()),
+            std::span(residuals).subspan(row, maps_.size()));
+  }
+}
+
+template <class Real>
 void ValueMap<Real>::inverse(const Coordinates& x, std::size_t channel, std::span<Real> values) const {
+  assert(values.size() <= kMostChannels && channel + values.size() <= maps_.size());
   if (guided_) {
-    std::array<Real, 3> guide;
+    std::array<Real, kMostChannels> guide;
     guide_.evaluate(x, channel, std::span(guide).first(values.size()));
     for (std::size_t c = 0; c < values.size(); ++c) values[c] += guide[c];
   }

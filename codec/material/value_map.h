@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "codec/frame/lattice.h"
+#include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/spline.h"
 
@@ -32,19 +33,31 @@ class GuideCurve {
   std::vector<Real> second_;
 };
 
-/// From f_r to what slices hold, and the position of a guide's sample.
+/// The angle [degrees] of a guide's sample on the theta_h axis.
 [[nodiscard]] double guide_position_deg(std::span<const double> theta_h_nodes, const SamplePosition& place);
 
-/// Maps measured values of a material to what its slices interpolate: the value domain, less the guide if there is one.
+/// Maps measured values of a material to what its slices interpolate, and back: v(f) - g, the value domain less the
+/// guide if there is one. Immutable, so one object serves any number of threads.
 template <class Real>
 class ValueMap {
  public:
+  /// How many channels `inverse` takes at once: it keeps a guide's values without allocating.
+  static constexpr std::size_t kMostChannels = 3;
+
+  /// Of no channel; to be assigned to.
   ValueMap() = default;
+  /// `sliced` gives domain, guide, and the range of values that `inverse` keeps to; neither is needed afterwards.
   ValueMap(const SlicedBrdf& sliced, const Lattice& lattice);
 
-  /// `f` and `residual` have one entry per channel.
+  [[nodiscard]] std::size_t channel_count() const { return maps_.size(); }
+
+  /// What slices hold for f_r = `f` at frame coordinates `x`; both have one entry per channel.
   void forward(const Coordinates& x, std::span<const float> f, std::span<Real> residual) const;
-  /// For channels from `channel` on: f_r of a sum of slices, in place.
+  /// The same for all samples of a slice: `residuals` becomes samples.size() x channels, channel fastest.
+  void forward(const Slice& slice, const SliceSamples& samples, std::vector<Real>& residuals) const;
+  /// f_r [1/sr] of sums of slices at `x`, in place: `values` belongs to the channels from `channel` on, all of which
+  /// must exist, and holds at most kMostChannels of them (both asserted). The result lies within 16 times the largest
+  /// sample, and is not negative where no sample of the channel is: sums may overshoot.
   void inverse(const Coordinates& x, std::size_t channel, std::span<Real> values) const;
 
  private:
