@@ -31,7 +31,8 @@ PartialSliced::PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> l
 bool PartialSliced::covers(const DirectionPair& pair) const { return cells_.contains(cell_of(*lattice_, pair)); }
 
 Status PartialSliced::evaluate(const DirectionPair& pair, std::span<float> values) const {
-  if (!covers(pair)) return usage_error("this pair of directions was not loaded");
+  // Below the horizon the value is known without the file.
+  if (above_horizon(pair) && !covers(pair)) return usage_error("this pair of directions was not loaded");
   evaluator_.evaluate(pair, values);
   return ok_status();
 }

@@ -20,7 +20,8 @@ class PartialSliced {
  public:
   PartialSliced(SlicedBrdf sliced, std::shared_ptr<const Lattice> lattice, CellSet cells);
 
-  /// f_r [1/sr], the same bits as the whole file gives. kUsage for a pair whose cell was not loaded.
+  /// f_r [1/sr], the same bits as the whole file gives: 0 below the horizon, whatever was loaded. kUsage for a pair
+  /// above it whose cell was not loaded.
   [[nodiscard]] Status evaluate(const DirectionPair& pair, std::span<float> values) const;
   [[nodiscard]] bool covers(const DirectionPair& pair) const;
   /// Samples that were not loaded are left out, crossings among them are 0.

@@ -24,6 +24,7 @@ inline constexpr std::size_t kAxisCount = 4;
 inline constexpr double kThetaMaxDeg = 80;
 
 /// A slice is named after the axis along which it runs.
+/// kAxial and kDiagonal are azimuths, kHorizontal and kVertical polar angles, in every frame.
 enum SliceKind : std::uint8_t { kAxial = 0, kDiagonal = 1, kHorizontal = 2, kVertical = 3 };
 
 /// The numbers stand in files and never change their meaning.
@@ -33,10 +34,11 @@ enum class FrameId : std::uint8_t {
 };
 
 /// One coordinate. Azimuthal nodes rise within [0, 360) (phi_d: [0, 180)) and begin with 0; polar nodes rise within
-/// [0, 90] and begin with 0. One single node means that the coordinate does not matter.
+/// [0, 90] and begin with 0. Neighbours are at least 0.001 degrees apart. One single node means that the coordinate
+/// does not matter.
 struct Axis {
-  std::string name;
-  std::vector<double> nodes_deg;
+  std::string name;               ///< for messages and metadata, such as theta_v
+  std::vector<double> nodes_deg;  ///< 1 to 4096, without the end of the turn of an azimuth
 
   bool operator==(const Axis&) const = default;
 };
@@ -50,7 +52,7 @@ struct Symmetries {
   bool operator==(const Symmetries&) const = default;
 };
 
-/// All that decides where crossings and slices lie.
+/// All that decides where crossings and slices lie. A frame from a file may hold anything: see check_frame.
 struct FrameSpec {
   FrameId id = FrameId::kElevation;
   std::array<Axis, kAxisCount> axes;  ///< in the order of SliceKind
@@ -61,13 +63,22 @@ struct FrameSpec {
 
 using Coordinates = std::array<double, kAxisCount>;  ///< [degrees], in the order of SliceKind
 
+/// Whether both directions lie above the horizon or on it. Below, f_r is 0 by definition, whatever a slice would give
+/// (specs/conventions.md). An angle that is no number lies nowhere, so not above.
+[[nodiscard]] inline bool above_horizon(const DirectionPair& pair) {
+  return pair.i.theta <= kPi / 2 && pair.v.theta <= kPi / 2;
+}
+
 /// A point (no slope) or a line (one or two slopes of +1 or -1) of the coordinate space: x_k = offset_k + slope_k p.
+/// Two slopes come about where a symmetry mixes azimuths: at theta_i = 0 of the elevation frame only s - u matters, so
+/// a line along u is one along s, too.
 struct AffineLine {
-  Coordinates offset{};
-  std::array<int, kAxisCount> slope{};
+  Coordinates offset{};                 ///< [degrees]; where the parameter p is 0
+  std::array<int, kAxisCount> slope{};  ///< 0 where the coordinate stays
 };
 
-/// At most 8 symmetric images (reciprocity and two mirrors).
+/// The symmetric images of a line: one for each combination of reciprocity and the mirrors that the material has, which
+/// makes 8 at most. Images that come out equal are listed each.
 struct Images {
   std::array<AffineLine, 8> lines;
   std::size_t count = 0;
@@ -81,6 +92,7 @@ class FrameGeometry {
   FrameGeometry& operator=(const FrameGeometry&) = delete;
   virtual ~FrameGeometry() = default;
 
+  /// As on the command line and in metadata, such as "half-difference".
   [[nodiscard]] virtual std::string_view name() const = 0;
   [[nodiscard]] virtual std::array<std::string_view, kAxisCount> axis_names() const = 0;
 
@@ -92,12 +104,14 @@ class FrameGeometry {
   [[nodiscard]] virtual double arc_scale(std::size_t axis) const = 0;
 
   /// How large a part of all directions lies nearer to one node of an axis than to its neighbours, up to a factor that
-  /// is the same for all. `padded` as in Lattice::nodes.
+  /// is the same for all. `padded` as in Lattice::nodes, `node` one of them (the nearest is taken).
   [[nodiscard]] virtual double share_served(std::size_t axis, std::span<const double> padded, double node) const = 0;
 
-  /// Azimuths within their periods, polar angles not clamped. Exchanging i and v gives the same bits.
+  /// Azimuths within the padded lattice (s in [0, 720), u in [0, 360), phi_h in [0, 360), phi_d in [0, 180)), polar
+  /// angles not clamped. Exchanging i and v gives the same bits, which is what makes evaluation reciprocal.
   [[nodiscard]] virtual Coordinates coordinates(const DirectionPair& pair) const = 0;
-  /// A pair of directions at these coordinates, both above the horizon.
+  /// A pair of directions at these coordinates, both above the horizon: where the coordinates lead below it, a place
+  /// shortly above stands for them. So every crossing can be measured.
   [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates) const = 0;
 
   /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a
@@ -114,7 +128,8 @@ class FrameGeometry {
 [[nodiscard]] const FrameGeometry& geometry(FrameId id);
 
 /// Elevations e_s, 2 e_s, ... below theta_max and theta_max itself, with 0 before them; axial and diagonal slices every
-/// a_s degrees. For an isotropic material s has one node. `azimuth_step_deg` must divide 360.
+/// a_s degrees. For an isotropic material s has one node. kUsage unless theta_max lies in (0, 90], the elevation step
+/// in [0.5, theta_max], and the azimuth step in [1, 360] divides 360.
 [[nodiscard]] Result<FrameSpec> elevation_frame(double elevation_step_deg, double azimuth_step_deg,
                                                 const Symmetries& symmetries, double theta_max_deg = kThetaMaxDeg);
 
@@ -130,7 +145,8 @@ class FrameGeometry {
                                               const Symmetries& symmetries);
 
 /// Checks every list against the rules at Axis and against the symmetries. In the elevation frame theta_i and theta_v
-/// must have the same nodes, and u must have 360 - x wherever it has x > 0.
+/// must have the same nodes, and u must have 360 - x wherever it has x > 0. kInvalidFile names the axis and the node;
+/// kUnsupported for an unknown id.
 [[nodiscard]] Status check_frame(const FrameSpec& spec);
 
 }  // namespace sbrdf

@@ -171,7 +171,11 @@ void BasicEvaluator<Real>::add_buckets(Curve& curve) {
 
 template <class Real>
 void BasicEvaluator<Real>::evaluate(const DirectionPair& pair, std::span<Real> values) const {
-  evaluate_at(frame_.coordinates(pair), values);
+  if (above_horizon(pair)) {
+    evaluate_at(frame_.coordinates(pair), values);
+  } else {
+    std::fill(values.begin(), values.end(), Real(0));
+  }
 }
 
 template <class Real>

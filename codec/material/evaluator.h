@@ -29,11 +29,11 @@ class BasicEvaluator {
   [[nodiscard]] std::size_t channel_count() const { return channels_; }
 
   /// f_r [1/sr] of one pair; `values` has one entry per channel. Exchanging i and v gives the same bits. Directions
-  /// beyond the largest theta of the frame take the value at it.
+  /// beyond the largest theta of the frame take the value at it; where one lies below the horizon, all values are 0.
   void evaluate(const DirectionPair& pair, std::span<Real> values) const;
 
   /// What the slices give at frame coordinates [degrees], azimuths within the padded lattice (see
-  /// FrameGeometry::coordinates).
+  /// FrameGeometry::coordinates). The horizon plays no part: in the half/difference frame slices run on below it.
   void evaluate_at(const Coordinates& x, std::span<Real> values) const;
 
  private:

@@ -176,15 +176,24 @@ TEST(SlicedSource, ComesBackFromAFileAsItWasAndEvaluatesAlike) {
   EXPECT_EQ(a, b);
 }
 
-TEST(SlicedSource, IsZeroBelowTheHorizon) {
-  const auto source = through_a_file(slice_source(analytic(), coarse(300)).value());
-  std::vector<float> values(3);
-  for (const DirectionPair& pair : {DirectionPair{{1.7, 0}, {0.5, 1}}, DirectionPair{{0.5, 0}, {1.6, 1}}}) {
-    source->evaluate(std::array{pair}, values);
-    EXPECT_EQ(values, (std::vector<float>{0, 0, 0}));
+TEST(SlicedSource, IsZeroBelowTheHorizonButNotOnItInBothFrames) {
+  const double just_below = std::nextafter(kPi / 2, 2.0);
+  for (const FrameId frame : {FrameId::kElevation, FrameId::kHalfDifference}) {
+    SliceOptions options;
+    options.stop = SampleCount{500};
+    options.structure = SearchedStructure{.frame = frame, .evaluations = 5};
+    const auto source = through_a_file(slice_source(analytic(), options).value());
+    ASSERT_EQ(dynamic_cast<const SlicedSource&>(*source).sliced()->sliced.frame.id, frame);
+    const std::array pairs = {DirectionPair{{just_below, 0}, {0.5, 1}}, DirectionPair{{0.5, 0}, {kPi / 2, 1}},
+                              DirectionPair{{0.5, 0}, {just_below, 1}}, DirectionPair{{kPi / 2, 0}, {kPi / 2, 3}},
+                              DirectionPair{{2, 0}, {1.6, 1}}};
+    std::vector<float> values(15, -1);
+    source->evaluate(pairs, values);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const bool on_horizon = k / 3 == 1 || k / 3 == 3;
+      EXPECT_TRUE(on_horizon ? values[k] > 0 : values[k] == 0) << k << ": " << values[k];
+    }
   }
-  source->evaluate(std::array{DirectionPair{{0.5, 0}, {kPi / 2, 1}}}, values);
-  EXPECT_GT(values[0], 0);
 }
 
 TEST(OpenSliced, RefusesWhatIsNoSlicedFile) {

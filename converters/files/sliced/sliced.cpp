@@ -1,6 +1,5 @@
 #include "converters/files/sliced/sliced.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -80,12 +79,7 @@ SlicedSource::SlicedSource(DecodedSliced decoded)
 void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
   const std::size_t channels = channel_count();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    const std::span<float> target = values.subspan(k * channels, channels);
-    if (std::max(pairs[k].i.theta, pairs[k].v.theta) > kPi / 2) {
-      std::fill(target.begin(), target.end(), 0.0F);
-    } else {
-      evaluator_.evaluate(pairs[k], target);
-    }
+    evaluator_.evaluate(pairs[k], values.subspan(k * channels, channels));
   }
 }
 

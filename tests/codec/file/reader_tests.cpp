@@ -185,6 +185,55 @@ TEST(SlicedReader, EvaluatesAllOfOneCellAndRefusesWhatLiesOutside) {
   }
 }
 
+// Where the evaluator took another cell than cell_of, it would find samples missing.
+TEST(SlicedReader, LoadsTheCellThatEvaluationUsesAtNodesBesideThemAndAtPoles) {
+  Random random(8);
+  for (const Example& example : examples()) {
+    const MemorySource source(example.file);
+    const SlicedReader reader = SlicedReader::open(source).value();
+    const Lattice& lattice = example.whole.lattice;
+    const Evaluator whole(example.whole.sliced, lattice);
+    for (int k = 0; k < 80; ++k) {
+      Coordinates x{};
+      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const std::vector<double>& nodes = lattice.nodes[axis];
+        x[axis] = k % 8 < 2 && axis >= kHorizontal ? 0 : nodes[random() % nodes.size()];
+        if (k % 4 == 1) x[axis] = std::nextafter(x[axis], random() % 2 == 0 ? 1e3 : -1e3);
+      }
+      const DirectionPair pair = geometry(lattice.spec.id).directions(x);
+      const auto partial = reader.load(cells_of(lattice, std::array{pair}));
+      ASSERT_TRUE(partial);
+      ASSERT_EQ(evaluated(*partial, pair), evaluated(whole, pair)) << example.name << testing::PrintToString(x);
+    }
+  }
+}
+
+TEST(SlicedReader, EvaluatesToZeroBelowTheHorizonWhateverWasLoaded) {
+  const double just_below = std::nextafter(kPi / 2, 2.0);
+  for (const Example& example : examples()) {
+    const MemorySource source(example.file);
+    const SlicedReader reader = SlicedReader::open(source).value();
+    const Lattice& lattice = example.whole.lattice;
+    const Evaluator whole(example.whole.sliced, lattice);
+    const DirectionPair at_horizon = {{0.3, 0.2}, {kPi / 2, 4}};
+    const auto partial = reader.load(cells_of(lattice, std::array{at_horizon}));
+    const auto nothing = reader.load(CellSet(lattice));
+    ASSERT_TRUE(partial && nothing) << example.name;
+    EXPECT_EQ(evaluated(*partial, at_horizon), evaluated(whole, at_horizon)) << example.name;
+    std::vector<float> values(example.whole.sliced.channel_count());
+    EXPECT_FALSE(nothing->evaluate(at_horizon, values)) << example.name;
+    for (const double theta : {just_below, 1.7, kPi}) {
+      for (const DirectionPair& pair : {DirectionPair{{theta, 1}, {0.5, 0}}, DirectionPair{{0.3, 0.2}, {theta, 4}}}) {
+        for (const PartialSliced* part : {&*partial, &*nothing}) {
+          values.assign(values.size(), 1);
+          ASSERT_TRUE(part->evaluate(pair, values)) << example.name;
+          EXPECT_THAT(values, testing::Each(0.0F)) << example.name;
+        }
+      }
+    }
+  }
+}
+
 TEST(SlicedReader, LoadsAllCellsAsTheWholeFile) {
   for (const Example& example : examples()) {
     const MemorySource source(example.file);

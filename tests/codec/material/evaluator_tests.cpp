@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/literal_evaluator.h"
@@ -340,6 +341,29 @@ TEST_F(SampledMaterials, KeepTheValueAtTheLargestElevationBeyondIt) {
         expect_same(evaluate(evaluator, pair), at_80, most);
       }
     }
+  });
+}
+
+TEST_F(SampledMaterials, AreZeroBelowTheHorizonButNotOnIt) {
+  for_each([](const Evaluator& evaluator, const Lattice& lattice, float) {
+    const double just_below = std::nextafter(kPi / 2, 2.0);
+    std::mt19937_64 random(16);
+    const std::vector<float> zeros(evaluator.channel_count(), 0.0F);
+    for (int k = 0; k < 50; ++k) {
+      DirectionPair pair = random_pair(random, 90);
+      Direction& moved = k % 2 == 0 ? pair.i : pair.v;
+      moved.theta = kPi / 2;
+      EXPECT_THAT(evaluate(evaluator, pair), testing::Each(testing::Gt(0.0F)));
+      for (const double theta : {just_below, 1.6, kPi, 100.0, std::numeric_limits<double>::quiet_NaN()}) {
+        moved.theta = theta;
+        EXPECT_EQ(evaluate(evaluator, pair), zeros) << theta;
+      }
+      // Frame coordinates know nothing of the horizon.
+      moved.theta = just_below;
+      const Coordinates x = geometry(lattice.spec.id).coordinates(pair);
+      EXPECT_THAT(evaluate_at(evaluator, x), testing::Each(testing::Gt(0.0F)));
+    }
+    EXPECT_EQ(evaluate(evaluator, {{2, 0}, {2, 1}}), zeros);
   });
 }
 
