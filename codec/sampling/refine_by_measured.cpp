@@ -37,16 +37,14 @@ class RefineByMeasured final : public Sampler {
   }
 
   Status refresh(std::span<const Candidate> chosen) override {
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      if (k == 0 || chosen[k].slice != chosen[k - 1].slice) weigh(chosen[k].slice);
-    }
+    for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t) { weigh(run.front().slice); });
     return ok_status();
   }
 
   void weigh(std::uint32_t k) {
     Working& working = slices_[k];
     const Slice& slice = lattice_.slices[k];
-    map_values(slice, working);
+    map_.forward(slice, working.samples, working.mapped);
     const std::size_t n = working.samples.size();
     std::vector<double> errors(n, 0);
     for (std::size_t s = 0; s < n && n > 1; ++s) errors[s] = leave_one_out(slice, working, s);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,36 +10,42 @@ namespace sbrdf {
 namespace {
 
 /// A gap weighs the error of the spline within it, times its width and the share of all directions that its slice
-/// serves.
+/// serves:
+///
+///   weight = width x share x sum over probes and channels of |spline - v| |f|^p
+///
+/// Three probes of the source stand in each gap, at its quarters. Halving a gap makes its middle probe a sample and the
+/// other two the middle probes of its halves, so each sample costs four new probes, and none is measured twice:
+///
+///   left     0     1     2     right          the gap, its probes 0, 1, 2
+///   left  0  1  2 new 0  1  2  right          its halves; both their 1 were there before
 class RefineBySource final : public Sampler {
  public:
   using Sampler::Sampler;
 
  private:
-  static constexpr std::size_t kProbes = 3;  // at 1/4, 1/2 and 3/4, so that halving a gap keeps its probes
+  static constexpr std::size_t kProbes = 3;
+  static constexpr std::size_t kMiddle = 1;
+  static constexpr std::array<std::size_t, 2> kFresh = {0, 2};  // what a half has to measure
 
   Status start() override {
-    volume_.resize(slices_.size());
-    std::vector<std::pair<std::uint32_t, std::size_t>> gaps;
-    for (std::uint32_t k = 0; k < slices_.size(); ++k) {
-      volume_[k] = volume_served(lattice_.slices[k]);
-      const std::size_t count = gap_count(lattice_.slices[k], slices_[k].samples);
-      slices_[k].probes.assign(count * kProbes * channels_, 0);
-      for (std::size_t left = 0; left < count; ++left) gaps.emplace_back(k, left);
-    }
     std::vector<DirectionPair> pairs;
-    for (const auto& [k, left] : gaps) {
-      const Gap gap = gap_after(lattice_, lattice_.slices[k], slices_[k].samples, left);
-      for (std::size_t p = 0; p < kProbes; ++p) pairs.push_back(probe_at(k, left, gap, p));
+    for (std::uint32_t k = 0; k < slices_.size(); ++k) {
+      volume_.push_back(volume_served(lattice_.slices[k]));
+      const std::size_t count = gap_count(lattice_.slices[k], slices_[k].samples);
+      for (std::size_t gap = 0; gap < count; ++gap) {
+        for (std::size_t probe = 0; probe < kProbes; ++probe) pairs.push_back(probe_at(k, gap, probe));
+      }
     }
     std::vector<float> values(pairs.size() * channels_);
     if (Status status = measure_(pairs, values); !status) return status;
-    const float* next = values.data();
-    for (Working& working : slices_) {
-      std::copy(next, next + working.probes.size(), working.probes.begin());
-      next += working.probes.size();
+    std::size_t row = 0;
+    for (std::uint32_t k = 0; k < slices_.size(); ++k) {
+      const std::size_t rows = gap_count(lattice_.slices[k], slices_[k].samples) * kProbes;
+      append_rows(values, row, rows, slices_[k].probes);
+      row += rows;
+      weigh(k);
     }
-    for (std::uint32_t k = 0; k < slices_.size(); ++k) weigh(k);
     return ok_status();
   }
 
@@ -51,74 +58,72 @@ class RefineBySource final : public Sampler {
   // The middle probe of a gap is the new sample.
   Status measure_middles(std::span<const Candidate> chosen, std::vector<float>& values) override {
     for (const Candidate& candidate : chosen) {
-      const float* probe = slices_[candidate.slice].probes.data() + (candidate.left * kProbes + 1) * channels_;
-      values.insert(values.end(), probe, probe + channels_);
+      append_rows(slices_[candidate.slice].probes, probe_row(candidate.left, kMiddle), 1, values);
     }
     return ok_status();
   }
 
   Status refresh(std::span<const Candidate> chosen) override {
     std::vector<DirectionPair> pairs;
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      const std::size_t first = k - rank_in_slice(chosen, k);
-      const std::size_t left = chosen[k].left + (k - first);
-      for (std::size_t child = 0; child < 2; ++child) {
-        const Gap gap =
-            gap_after(lattice_, lattice_.slices[chosen[k].slice], slices_[chosen[k].slice].samples, left + child);
-        pairs.push_back(probe_at(chosen[k].slice, left + child, gap, 0));
-        pairs.push_back(probe_at(chosen[k].slice, left + child, gap, 2));
+    for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t) {
+      for (std::size_t k = 0; k < run.size(); ++k) {
+        const std::size_t left = run[k].left + k;  // each half made before moved it up by one
+        for (const std::size_t half : {left, left + 1}) {
+          for (const std::size_t probe : kFresh) pairs.push_back(probe_at(run[k].slice, half, probe));
+        }
       }
-    }
+    });
     std::vector<float> values(pairs.size() * channels_);
     if (Status status = measure_(pairs, values); !status) return status;
-    for (std::size_t k = 0; k < chosen.size();) {
-      std::size_t end = k;
-      while (end < chosen.size() && chosen[end].slice == chosen[k].slice) ++end;
-      split_probes(chosen.subspan(k, end - k), values.data() + k * 4 * channels_);
-      weigh(chosen[k].slice);
-      k = end;
-    }
+    for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t first) {
+      split_probes(run, values, first * 2 * kFresh.size());
+      weigh(run.front().slice);
+    });
     return ok_status();
   }
 
-  [[nodiscard]] static std::size_t rank_in_slice(std::span<const Candidate> chosen, std::size_t k) {
-    std::size_t rank = 0;
-    while (rank < k && chosen[k - rank - 1].slice == chosen[k].slice) ++rank;
-    return rank;
+  // Rows of a table with one value per channel.
+  void append_rows(std::span<const float> from, std::size_t row, std::size_t count, std::vector<float>& to) const {
+    const auto rows = from.subspan(row * channels_, count * channels_);
+    to.insert(to.end(), rows.begin(), rows.end());
   }
 
-  void split_probes(std::span<const Candidate> chosen, const float* values) {
+  /// Of Working::probes.
+  [[nodiscard]] static std::size_t probe_row(std::size_t gap, std::size_t probe) { return gap * kProbes + probe; }
+
+  // Makes two gaps of each chosen one of a slice. `fresh` has, from `row` on, two probes for each half.
+  void split_probes(std::span<const Candidate> chosen, std::span<const float> fresh, std::size_t row) {
     std::vector<float>& probes = slices_[chosen.front().slice].probes;
     std::vector<float> next;
-    const std::size_t per_gap = kProbes * channels_;
-    std::size_t done = 0;
-    for (std::size_t gap = 0; gap * per_gap < probes.size(); ++gap) {
-      const float* old = probes.data() + gap * per_gap;
-      if (done == chosen.size() || chosen[done].left != gap) {
-        next.insert(next.end(), old, old + per_gap);
-        continue;
+    next.reserve(probes.size() + chosen.size() * kProbes * channels_);
+    std::size_t gap = 0;
+    for (const Candidate& candidate : chosen) {
+      append_rows(probes, probe_row(gap, 0), (candidate.left - gap) * kProbes, next);
+      for (const std::size_t old_probe : kFresh) {
+        append_rows(fresh, row++, 1, next);
+        append_rows(probes, probe_row(candidate.left, old_probe), 1, next);
+        append_rows(fresh, row++, 1, next);
       }
-      for (std::size_t child = 0; child < 2; ++child) {
-        const float* fresh = values + (done * 2 + child) * 2 * channels_;
-        next.insert(next.end(), fresh, fresh + channels_);
-        const float* kept = old + 2 * child * channels_;
-        next.insert(next.end(), kept, kept + channels_);
-        next.insert(next.end(), fresh + channels_, fresh + 2 * channels_);
-      }
-      ++done;
+      gap = candidate.left + 1;
     }
+    append_rows(probes, probe_row(gap, 0), probes.size() / channels_ - probe_row(gap, 0), next);
     probes = std::move(next);
   }
 
-  [[nodiscard]] DirectionPair probe_at(std::uint32_t k, std::size_t left, const Gap& gap, std::size_t probe) const {
-    const double position = slices_[k].samples.positions_deg[left] + gap.width_deg * static_cast<double>(probe + 1) / 4;
-    return frame_.directions(coordinates_on(lattice_.slices[k], position));
+  [[nodiscard]] static double probe_fraction(std::size_t probe) { return static_cast<double>(probe + 1) / 4; }
+
+  [[nodiscard]] DirectionPair probe_at(std::uint32_t k, std::size_t left, std::size_t probe) const {
+    const Slice& slice = lattice_.slices[k];
+    const SliceSamples& samples = slices_[k].samples;
+    const double width = gap_after(lattice_, slice, samples, left).width_deg;
+    const double position = samples.positions_deg[left] + probe_fraction(probe) * width;
+    return frame_.directions(coordinates_on(slice, position));
   }
 
   void weigh(std::uint32_t k) {
     Working& working = slices_[k];
     const Slice& slice = lattice_.slices[k];
-    map_values(slice, working);
+    map_.forward(slice, working.samples, working.mapped);
     second_.resize(working.mapped.size());
     for (std::size_t c = 0; c < channels_; ++c) {
       solver_.solve(slice.boundary, slice.length_deg, working.samples.positions_deg, working.mapped.data() + c,
@@ -139,8 +144,8 @@ class RefineBySource final : public Sampler {
     double sum = 0;
     residual_.resize(channels_);
     for (std::size_t p = 0; p < kProbes; ++p) {
-      const double t = static_cast<double>(p + 1) / 4;
-      const auto probe = std::span(working.probes).subspan((left * kProbes + p) * channels_, channels_);
+      const double t = probe_fraction(p);
+      const auto probe = std::span(working.probes).subspan(probe_row(left, p) * channels_, channels_);
       map_.forward(coordinates_on(slice, working.samples.positions_deg[left] + t * width), probe, residual_);
       for (std::size_t c = 0; c < channels_; ++c) {
         const double spline = evaluate_segment(t, width * width / 6, working.mapped[left * channels_ + c],

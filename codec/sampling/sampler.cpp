@@ -32,31 +32,27 @@ Status Sampler::run() {
   slices_.resize(samples.size());
   for (std::size_t k = 0; k < slices_.size(); ++k) slices_[k].samples = std::move(samples[k]);
   if (Status status = start(); !status) return status;
-  const std::uint64_t spent = lattice_.crossings.size() + (sliced_.guide ? sliced_.guide->places.size() : 0);
-  const std::uint64_t adaptive = options_.sample_count - std::min(spent, options_.sample_count);
-  for (int round = 1; placed_ < adaptive; ++round) {
-    const std::uint64_t before = placed_;
-    const std::uint64_t target = target_after(round, adaptive);
-    if (Status status = iterate(target - placed_); !status) return status;
-    if (placed_ == before && target > before) break;  // every gap is at the minimum
-  }
+  if (Status status = refine(); !status) return status;
   std::vector<SliceSamples> done;
   for (Working& slice : slices_) done.push_back(std::move(slice.samples));
   scatter_slices(done, sliced_);
   return ok_status();
 }
 
-bool Sampler::may_split(const Slice& slice, const Gap& gap) const {
-  return gap.middle.fraction != 0 && gap.width_deg * slice.gap_scale >= 2 * options_.minimum_gap_deg;
+Status Sampler::refine() {
+  const std::uint64_t spent = lattice_.crossings.size() + sliced_.guide_count();
+  const std::uint64_t adaptive = options_.sample_count - std::min(spent, options_.sample_count);
+  for (int round = 1; placed_ < adaptive; ++round) {
+    const std::uint64_t before = placed_;
+    const std::uint64_t target = target_after(round, adaptive);
+    if (Status status = halve_heaviest(target - placed_); !status) return status;
+    if (placed_ == before && target > before) break;  // every gap is at the minimum
+  }
+  return ok_status();
 }
 
-void Sampler::map_values(const Slice& slice, Working& working) const {
-  working.mapped.resize(working.samples.values.size());
-  for (std::size_t s = 0; s < working.samples.size(); ++s) {
-    map_.forward(coordinates_on(slice, working.samples.positions_deg[s]),
-                 std::span(working.samples.values).subspan(s * channels_, channels_),
-                 std::span(working.mapped).subspan(s * channels_, channels_));
-  }
+bool Sampler::may_split(const Slice& slice, const Gap& gap) const {
+  return gap.middle.fraction != 0 && gap.width_deg * slice.gap_scale >= 2 * options_.minimum_gap_deg;
 }
 
 Status Sampler::measure_crossings() {
@@ -81,7 +77,8 @@ Status Sampler::choose_domain() {
   return ok_status();
 }
 
-Status Sampler::iterate(std::uint64_t count) {
+// At most `count` gaps, by rising slice and position.
+std::vector<Candidate> Sampler::heaviest(std::uint64_t count) const {
   std::vector<Candidate> chosen;
   for (std::uint32_t k = 0; k < slices_.size(); ++k) {
     for (std::uint32_t left = 0; left < slices_[k].weights.size(); ++left) {
@@ -96,33 +93,37 @@ Status Sampler::iterate(std::uint64_t count) {
   std::sort(chosen.begin(), chosen.end(), [](const Candidate& a, const Candidate& b) {
     return std::tuple(a.slice, a.left) < std::tuple(b.slice, b.left);
   });
+  return chosen;
+}
+
+Status Sampler::halve_heaviest(std::uint64_t count) {
+  const std::vector<Candidate> chosen = heaviest(count);
   std::vector<float> values;
   if (Status status = measure_middles(chosen, values); !status) return status;
-  for (std::size_t k = 0; k < chosen.size();) {
-    std::size_t end = k;
-    while (end < chosen.size() && chosen[end].slice == chosen[k].slice) ++end;
-    merge(std::span(chosen).subspan(k, end - k), values.data() + k * channels_);
-    k = end;
-  }
+  for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t first) {
+    merge(run, std::span(values).subspan(first * channels_, run.size() * channels_));
+  });
   placed_ += chosen.size();
   return refresh(chosen);
 }
 
-void Sampler::merge(std::span<const Candidate> chosen, const float* values) {
+// Puts one row of `values` into each of the chosen gaps of one slice. All are put in together: each alone would move
+// the samples behind it, which takes quadratic time.
+void Sampler::merge(std::span<const Candidate> chosen, std::span<const float> values) {
   const Slice& slice = lattice_.slices[chosen.front().slice];
   const SliceSamples& old = slices_[chosen.front().slice].samples;
   SliceSamples merged;
-  std::size_t next = 0;
-  const auto append = [&](double position, const SamplePosition& place, const float* value) {
+  const auto append = [&](double position, const SamplePosition& place, std::span<const float> row) {
     merged.positions_deg.push_back(position);
     merged.places.push_back(place);
-    merged.values.insert(merged.values.end(), value, value + channels_);
+    merged.values.insert(merged.values.end(), row.begin(), row.end());
   };
+  std::size_t next = 0;
   for (std::size_t s = 0; s < old.size(); ++s) {
-    append(old.positions_deg[s], old.places[s], old.values.data() + s * channels_);
+    append(old.positions_deg[s], old.places[s], std::span(old.values).subspan(s * channels_, channels_));
     if (next < chosen.size() && chosen[next].left == s) {
       const Gap gap = gap_after(lattice_, slice, old, s);
-      append(gap.middle_deg, gap.middle, values + next * channels_);
+      append(gap.middle_deg, gap.middle, values.subspan(next * channels_, channels_));
       ++next;
     }
   }
