@@ -23,6 +23,9 @@ constexpr float kFaintest = 1e-20f;
 /// Cells that one task looks at: some MB.
 constexpr std::uint64_t kBlock = std::uint64_t{1} << 16U;
 
+/// Pairs whose cells are on their way from memory while angles are worked out.
+constexpr std::size_t kAhead = 16;
+
 using Colour = std::array<double, kMerlChannelCount>;
 using Planes = std::array<const std::byte*, kMerlChannelCount>;
 
@@ -70,6 +73,8 @@ Census census_of(const Planes& planes, std::uint64_t cell_count, std::uint64_t f
   }
   return census;
 }
+
+bool is_above(const DirectionPair& pair) { return pair.i.theta <= kPi / 2 && pair.v.theta <= kPi / 2; }
 
 /// Two neighbouring cells along an axis and the weight of the second.
 struct Bracket {
@@ -155,36 +160,55 @@ MerlSource::Cell MerlSource::cell(std::uint64_t index) const {
           static_cast<float>(colour[2] * kMerlScale[2]), 1};
 }
 
-MerlSource::Cell MerlSource::interpolate(const HalfDifference& angles) const {
+MerlSource::Place MerlSource::place_of(const HalfDifference& angles) const {
   // In the root of theta_h rather than in theta_h: less error on sharp lobes, see specs/merl.md.
   const Bracket h = bracket_clamped(merl_theta_h_position(angles.theta_h, shape_[0]) - 0.5, shape_[0]);
   const Bracket d = bracket_clamped(angles.theta_d / (kPi / 2) * shape_[1] - 0.5, shape_[1]);
   // Under the normal phi_d is the azimuth of the light, which an isotropic material does not know.
   const Bracket p = bracket_phi_d(angles.theta_h > 0 ? angles.phi_d : 0, shape_[2]);
-
-  Cell sum = {0, 0, 0, 0};
-  const auto add_row = [&](std::uint64_t theta_h_index, std::uint64_t theta_d_index, float weight) {
-    const std::uint64_t row = merl_cell_index(shape_, theta_h_index, theta_d_index, 0);
-    const Cell low = cell(row + p.low);
-    const Cell high = cell(row + p.high);
-    for (std::size_t c = 0; c < sum.size(); ++c) {
-      sum[c] += weight * ((1 - p.weight) * low[c] + p.weight * high[c]);
-    }
+  const auto row = [&](std::uint64_t theta_h_index, std::uint64_t theta_d_index) {
+    return merl_cell_index(shape_, theta_h_index, theta_d_index, 0);
   };
-  add_row(h.low, d.low, (1 - h.weight) * (1 - d.weight));
-  add_row(h.low, d.high, (1 - h.weight) * d.weight);
-  add_row(h.high, d.low, h.weight * (1 - d.weight));
-  add_row(h.high, d.high, h.weight * d.weight);
+  return {{row(h.low, d.low), row(h.low, d.high), row(h.high, d.low), row(h.high, d.high)},
+          {(1 - h.weight) * (1 - d.weight), (1 - h.weight) * d.weight, h.weight * (1 - d.weight), h.weight * d.weight},
+          p.low,
+          p.high,
+          p.weight};
+}
+
+void MerlSource::fetch(const Place& place) const {
+  for (const std::uint64_t row : place.rows) {
+    for (const std::byte* plane : planes_) __builtin_prefetch(plane + sizeof(double) * (row + place.low));
+  }
+}
+
+MerlSource::Cell MerlSource::interpolate(const Place& place) const {
+  Cell sum = {0, 0, 0, 0};
+  for (std::size_t k = 0; k < place.rows.size(); ++k) {
+    const Cell low = cell(place.rows[k] + place.low);
+    const Cell high = cell(place.rows[k] + place.high);
+    for (std::size_t c = 0; c < sum.size(); ++c) {
+      sum[c] += place.row_weights[k] * ((1 - place.high_weight) * low[c] + place.high_weight * high[c]);
+    }
+  }
   return sum;
 }
 
 void MerlSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
   assert(values.size() == pairs.size() * kMerlChannelCount);
-  for (std::size_t n = 0; n < pairs.size(); ++n) {
-    const bool above = pairs[n].i.theta <= kPi / 2 && pairs[n].v.theta <= kPi / 2;
-    const Cell sum = above ? interpolate(half_difference_from_pair(pairs[n])) : Cell{};
-    for (std::size_t c = 0; c < kMerlChannelCount; ++c) {
-      values[n * kMerlChannelCount + c] = sum[3] > kFaintest ? sum[c] / sum[3] : 0.0f;
+  std::array<Place, kAhead> places;  // of those above the horizon
+  for (std::size_t first = 0; first < pairs.size(); first += kAhead) {
+    const std::size_t count = std::min(kAhead, pairs.size() - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!is_above(pairs[first + k])) continue;
+      places[k] = place_of(half_difference_from_pair(pairs[first + k]));
+      fetch(places[k]);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const Cell sum = is_above(pairs[first + k]) ? interpolate(places[k]) : Cell{};
+      for (std::size_t c = 0; c < kMerlChannelCount; ++c) {
+        values[(first + k) * kMerlChannelCount + c] = sum[3] > kFaintest ? sum[c] / sum[3] : 0.0f;
+      }
     }
   }
 }

@@ -45,8 +45,18 @@ class MerlSource final : public BrdfSource {
 
   MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape);
   [[nodiscard]] Status examine();
+  /// The eight cells around a point: two neighbours along phi_d in four rows.
+  struct Place {
+    std::array<std::uint64_t, 4> rows;  ///< index of their first cell
+    std::array<float, 4> row_weights;
+    std::uint64_t low, high;  ///< in a row
+    float high_weight;
+  };
+
   [[nodiscard]] Cell cell(std::uint64_t index) const;
-  [[nodiscard]] Cell interpolate(const HalfDifference& angles) const;
+  [[nodiscard]] Place place_of(const HalfDifference& angles) const;
+  void fetch(const Place& place) const;
+  [[nodiscard]] Cell interpolate(const Place& place) const;
 
   std::shared_ptr<const ByteSource> file_;
   MerlShape shape_;
