@@ -22,8 +22,9 @@ bool ends_with_json(std::string_view name) {
 bool is_named(std::string_view text) { return text.starts_with(kKurtPrefix); }
 
 std::optional<std::string_view> file_in_name(std::string_view text) {
-  if (!is_named(text) || !ends_with_json(text)) return std::nullopt;
-  return text.substr(kKurtPrefix.size());
+  if (!is_named(text)) return std::nullopt;
+  text.remove_prefix(kKurtPrefix.size());
+  return ends_with_json(text) ? std::optional(text) : std::nullopt;
 }
 
 Result<std::unique_ptr<BrdfSource>> open_named(std::string_view text) {
