@@ -71,6 +71,16 @@ std::vector<BadFile> bad_files() {
       {"Empty", {}, 3, "empty"},
       {"FourierBsdf", bytes_of(std::string("SCATFUN\1", 8) + std::string(64, '\0')), 4, "Fourier"},
       {"Noise", bytes_of("\x01\x02\x03\x04 nothing that anybody knows \x7F\xFF"), 3, "not recognised"},
+      {"WebPage", bytes_of("<!DOCTYPE html>\n<html><body>Not found"), 3, "this is a web page (HTML)"},
+      {"GitLfsPointer", bytes_of("version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 9\n"), 3, "Git LFS"},
+      {"Gzip", bytes_of(std::string("\x1F\x8B\x08\0\0\0\0\0\0\3", 10)), 3, "gzip-compressed"},
+      {"Zip", bytes_of(std::string("PK\3\4\x14\0\0\0\x08\0", 10)), 3, "a zip archive"},
+      {"Zstd", bytes_of(std::string("\x28\xB5\x2F\xFD\x04\0\1\0\0", 9)), 3, "zstd-compressed"},
+      {"Xz", bytes_of(std::string("\xFD\x37zXZ\0\0\4", 8)), 3, "XZ-compressed"},
+      {"AppleDouble", bytes_of(std::string("\0\5\x16\7\0\2\0\0Mac OS X        ", 24)), 3, "AppleDouble"},
+      {"MerlOfFloat32", first(small_merl(), 12 + 4 * 24), 4, "the size of float32 values"},
+      {"MerlBigEndian", merl_bytes({0x02000000, 0x02000000, 0x02000000}, values), 4, "big-endian"},
+      {"JsonWithoutParameters", bytes_of(R"({"name": "n"})"), 3, "Kurt parameters"},
       {"RglCutInHeader", bytes_of(std::string("tensor_file\0\1", 13)), 3, "truncated"},
   };
 }
