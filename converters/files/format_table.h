@@ -8,6 +8,17 @@
 
 namespace sbrdf {
 
+// The one place that knows all formats. Converting a file, wherever its bytes are:
+//
+//   const auto source = open_source(bytes);                          // recognised by content
+//   if (!source) return source.error();
+//   const auto format = find_writer(".sbrdf");                       // a row that can be written
+//   if (!format) return format.error();
+//   Report report;                                                   // remarks, findings, bytes
+//   return save_source(**format, **source, sink, Options().set("samples", "4096"), report);
+//
+// `bytes` is any ByteSource, such as OwnedMemorySource; `sink` any ByteSink, such as MemorySink or AtomicFile.
+
 /// All rows. Nothing depends on their order but lists for people.
 [[nodiscard]] std::span<const Format> formats();
 

@@ -10,7 +10,11 @@
 
 namespace sbrdf {
 
-// The choices of slicing by name: in options, metadata and reports.
+// The choices of slicing by name. Options read these tables from left to right, metadata and reports from right to
+// left, so what a report prints can be given as an option. "auto", where there is no choice yet, is the option's own.
+//
+//   value_of(kDomainNames, "log")                 -> DomainKind::kLog, or nothing for a name that is not there
+//   name_of(kRefinementNames, slices.refinement)  -> "true" or "measured"
 
 inline constexpr std::array kFrameNames = {Named{"elevation", FrameId::kElevation},
                                            Named{"half-difference", FrameId::kHalfDifference}};

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "converters/paper/reproduce.h"
+#include "converters/slicing/names.h"
 #include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
@@ -32,8 +34,8 @@ struct ReproduceOptions {
 SliceOptions chosen_slices(const ReproduceOptions& options) {
   SliceOptions slices = options.accuracy.slices;
   if (options.accuracy.automatic) return slices;
-  slices.domain = options.domain == "log" ? DomainKind::kLog : DomainKind::kLinear;
-  slices.refinement = options.refine == "true" ? Refinement::kBySource : Refinement::kByMeasured;
+  slices.domain = value_of(kDomainNames, options.domain);
+  slices.refinement = value_of(kRefinementNames, options.refine).value_or(slices.refinement);
   return slices;
 }
 
@@ -214,12 +216,18 @@ int run_placement(ReproduceOptions options) {
   return write_csv(options, placement_csv(*study));
 }
 
+template <class T, std::size_t N>
+CLI::IsMember one_of(const std::array<Named<T>, N>& table) {
+  const auto names = names_of(table);
+  return CLI::IsMember(std::vector<std::string>(names.begin(), names.end()));
+}
+
 void add_common(CLI::App& command, ReproduceOptions& options) {
   command.add_option("--domain", options.domain, "Interpolate the values, as the paper does, or their logarithms")
-      ->check(CLI::IsMember({"linear", "log"}))
+      ->check(one_of(kDomainNames))
       ->capture_default_str();
   command.add_option("--refine", options.refine, "Place samples as the paper does, or by the true error")
-      ->check(CLI::IsMember({"measured", "true"}))
+      ->check(one_of(kRefinementNames))
       ->capture_default_str();
   command.add_option("--csv", options.csv, "Also write the figures to this file")->type_name("FILE");
   command.add_flag("--json", options.json, "Print JSON");

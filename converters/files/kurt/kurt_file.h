@@ -9,6 +9,9 @@
 
 namespace sbrdf {
 
+// Analytic sources as files and by name. A name needs no file system, so that a library can offer it, too; the file in
+// "kurt:FILE.json" is opened by whoever may open files, and read by open_kurt_file.
+
 /// How sources are named that need no file of measurements.
 inline constexpr std::string_view kKurtPrefix = "kurt:";
 

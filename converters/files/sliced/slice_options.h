@@ -7,7 +7,11 @@
 
 namespace sbrdf {
 
-/// The options of sliced files: where slices lie, how they are sampled and when to stop, and how they are coded.
+// The texts that options of sliced files hold, and the SliceOptions that they mean. A name such as "half-difference" is
+// written down once, in converters/slicing/names.h.
+
+/// The options of sliced files: where slices lie, how they are sampled and when to stop, and how they are coded. Each
+/// has a line in specs/sbrdf.md.
 [[nodiscard]] std::span<const OptionSpec> sliced_options();
 
 /// kUsage, naming both, for options of which one would have no effect: that is a misunderstanding.
