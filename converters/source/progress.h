@@ -12,8 +12,9 @@ namespace sbrdf {
 
 /// How long work tells how far it is, and learns that it should stop.
 struct Progress {
-  /// Called with the fraction done, in (0, 1] and growing, at most some hundred times, from any thread but never from
-  /// two at once. Returning false asks to stop: the work then ends soon with interrupted_error(). May be empty.
+  /// Called with the fraction done, in (0, 1] and growing, at most some hundred times for each step of the work, from
+  /// any thread but never from two at once. Returning false asks to stop: the work then ends soon with
+  /// interrupted_error(). May be empty.
   std::function<bool(double fraction)> report;
 };
 
@@ -47,6 +48,40 @@ class ProgressCounter {
   std::uint64_t total_;
   mutable std::mutex mutex_;
   std::uint64_t done_ = 0;
+  double reported_ = 0;
+  bool stopped_ = false;
+};
+
+/// Progress of work in steps, of which it is not known beforehand how many there will be: each takes a share of what is
+/// left. They run one after the other, and what each reports as its own fraction is passed on as that of the whole.
+class StepwiseProgress {
+ public:
+  explicit StepwiseProgress(Progress whole) : whole_(std::move(whole)) {}
+  StepwiseProgress(const StepwiseProgress&) = delete;
+  StepwiseProgress& operator=(const StepwiseProgress&) = delete;
+
+  /// The next step; `share` in [0, 1] is its part of what the steps before have left. Of use until the next call.
+  [[nodiscard]] Progress step(double share) {
+    begin_ = end_;
+    end_ += share * (1 - end_);
+    if (!whole_.report) return {};
+    return {[this](double fraction) { return report(begin_ + (end_ - begin_) * fraction); }};
+  }
+  /// All is done, whatever the steps have left. False where the work was asked to stop.
+  bool finish() { return report(1); }
+
+ private:
+  bool report(double fraction) {
+    if (stopped_ || !whole_.report) return !stopped_;
+    if (fraction <= reported_) return true;
+    reported_ = fraction;
+    stopped_ = !whole_.report(fraction);
+    return !stopped_;
+  }
+
+  Progress whole_;
+  double begin_ = 0;
+  double end_ = 0;
   double reported_ = 0;
   bool stopped_ = false;
 };

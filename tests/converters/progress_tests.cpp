@@ -46,5 +46,51 @@ TEST(ProgressCounter, NeverStopsWithoutAReport) {
   EXPECT_FALSE(counter.stopped());
 }
 
+/// Rising fractions, all of which `progress` would pass on.
+struct Recorder {
+  std::vector<double> fractions;
+  Progress progress = {[this](double fraction) {
+    fractions.push_back(fraction);
+    return true;
+  }};
+};
+
+TEST(StepwiseProgress, GivesEachStepItsShareOfWhatIsLeftAndEndsAtOne) {
+  Recorder recorder;
+  StepwiseProgress steps(recorder.progress);
+  const Progress first = steps.step(0.5);
+  first.report(0.5);
+  first.report(1);
+  steps.step(0.5).report(1);
+  EXPECT_TRUE(steps.finish());
+  EXPECT_EQ(recorder.fractions, (std::vector<double>{0.25, 0.5, 0.75, 1}));
+}
+
+TEST(StepwiseProgress, NeverGoesBackNorRepeatsItself) {
+  Recorder recorder;
+  StepwiseProgress steps(recorder.progress);
+  const Progress step = steps.step(0.5);
+  for (const double fraction : {0.5, 0.5, 0.25, 1.0}) EXPECT_TRUE(step.report(fraction));
+  steps.step(0).report(1);
+  steps.finish();
+  steps.finish();
+  EXPECT_EQ(recorder.fractions, (std::vector<double>{0.25, 0.5, 1}));
+}
+
+TEST(StepwiseProgress, StaysStoppedAfterTheFirstRefusal) {
+  int asked = 0;
+  StepwiseProgress steps({[&](double) { return ++asked > 1; }});
+  EXPECT_FALSE(steps.step(0.5).report(0.5));
+  EXPECT_FALSE(steps.step(0.5).report(0.5));
+  EXPECT_FALSE(steps.finish());
+  EXPECT_EQ(asked, 1);
+}
+
+TEST(StepwiseProgress, ReportsNothingToNobody) {
+  StepwiseProgress steps({});
+  EXPECT_FALSE(steps.step(0.5).report);
+  EXPECT_TRUE(steps.finish());
+}
+
 }  // namespace
 }  // namespace sbrdf

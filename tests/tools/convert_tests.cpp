@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <string>
@@ -122,6 +123,18 @@ TEST(Convert, RefusesATargetWhereAllHeldBackValuesAreZero) {
     expect_failure(run_sbrdf({"convert", in, folder / "out.sbrdf", option, "3"}), 5, in,
                    "the source is zero on all 12000 held-back directions");
   }
+}
+
+TEST(Convert, EndsWithADifferenceWhereATargetIsOutOfReachAndSaysHowFarItCame) {
+  const ScratchFolder folder;
+  for (const auto& [option, value, what] :
+       {std::array{"--target-mre", "0.001", "%, was reached with "},
+        {"--target-rel-l1", "0.001", "%, was reached with "},
+        {"--max-bytes", "100", "no file fits into 100 bytes: the smallest takes "}}) {
+    expect_failure(run_sbrdf({"convert", "kurt:wood01", folder / "out.sbrdf", option, value, "--placement", "28/180"}),
+                   5, "kurt:wood01", what);
+  }
+  EXPECT_THAT(folder.entries(), IsEmpty());
 }
 
 TEST(Convert, RefusesFewerSamplesThanCrossings) {

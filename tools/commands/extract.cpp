@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,7 +10,7 @@
 #include "converters/files/format_table.h"
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
-#include "converters/slicing/metadata_json.h"
+#include "converters/slicing/metadata.h"
 #include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
@@ -36,30 +35,6 @@ struct Extraction {
   std::vector<std::byte> bytes;  ///< of the file to write
   Comparison difference;         ///< from the whole, over random directions below the new theta_max
 };
-
-// Errors in the metadata belong to the whole file.
-std::string metadata_of_cut(const std::string& text, const ExtractOptions& options, const Comparison& difference) {
-  nlohmann::ordered_json json = parse_metadata(text);
-  if (!json.is_object()) json = nlohmann::ordered_json::object();
-  if (json.contains("error")) {
-    json["error_of_whole"] = json["error"];
-    json.erase("error");
-  }
-  double theta_max_deg = options.theta_max_deg;
-  std::uint64_t max_depth = options.level;
-  if (json.contains("extracted")) {  // from a part
-    json["extracted_before"].push_back(json["extracted"]);
-    const nlohmann::ordered_json& before = json["extracted_before"].back();
-    if (before.is_object()) {
-      theta_max_deg = std::min(theta_max_deg, before.value("theta_max_deg", theta_max_deg));
-      max_depth = std::min(max_depth, before.value("max_level", max_depth));
-    }
-  }
-  json["extracted"] = {{"theta_max_deg", theta_max_deg},
-                       {"max_level", max_depth},
-                       {"difference_from_whole_percent", difference.rel_l1_percent}};
-  return emit_metadata(json);
-}
 
 Result<Comparison> difference_from_whole(const DecodedSliced& whole, const SlicedBrdf& cut, double theta_max_deg) {
   CompareOptions options;
@@ -100,7 +75,7 @@ Result<Extraction> extract(const ExtractOptions& options) {
   if (!difference) return difference.error();
   done.difference = *difference;
   done.bytes_read = needed;
-  cut->metadata = metadata_of_cut(*metadata, options, *difference);
+  cut->metadata = metadata_of_part(*metadata, {options.theta_max_deg, options.level, difference->rel_l1_percent});
   done.samples_in = reader->lattice().crossings.size() + reader->index().adaptive_count + reader->index().guide_count;
   done.samples_out = cut->sample_count();
   std::vector<std::byte> bytes =

@@ -1,12 +1,11 @@
 #include "converters/files/sliced/sliced.h"
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
 #include "codec/file/reader.h"
 #include "converters/files/sliced/slice_options.h"
-#include "converters/slicing/metadata_json.h"
+#include "converters/slicing/metadata.h"
 #include "converters/slicing/slicing.h"
 
 namespace sbrdf {
@@ -36,21 +35,6 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
   if (!reciprocal) remark_reciprocity(told, report.reciprocity_difference_percent);
   remark_count(told, "zero_values", report.zero_values, "sampled values are exactly zero");
   remark_count(told, "negative_values", report.negative_values, "sampled values are negative, kept");
-}
-
-// The errors that the metadata state were measured before the copy was rounded.
-std::string metadata_of_copy(const std::string& text, double precision) {
-  nlohmann::ordered_json json = parse_metadata(text);
-  if (!json.is_object()) return text;
-  if (json.contains("error") && !json.contains("error_before_rounding")) {
-    json["error_before_rounding"] = json["error"];
-    json.erase("error");
-  }
-  if (const auto before = json.find("precision_percent"); before != json.end() && *before != 0.0) {
-    json["coded_before_percent"].push_back(*before);
-  }
-  json["precision_percent"] = 100 * precision;
-  return emit_metadata(json);
 }
 
 Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& options, Report& report) {

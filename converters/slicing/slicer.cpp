@@ -1,0 +1,173 @@
+#include "converters/slicing/slicer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "codec/file/value_scaling.h"
+#include "converters/slicing/metadata.h"
+#include "converters/source/reciprocity.h"
+#include "converters/source/symmetry_detection.h"
+
+namespace sbrdf {
+namespace {
+
+constexpr std::size_t kHeldBackCount = 12'000;
+constexpr std::uint64_t kChoiceSeed = 1;
+constexpr std::uint64_t kReportSeed = 2;
+
+std::string at_degrees(const DirectionPair& pair) {
+  const auto text = [](const char* name, double radians) {
+    return std::string(name) + " " + std::to_string(degrees_from_radians(radians));
+  };
+  return text("theta_i", pair.i.theta) + ", " + text("phi_i", pair.i.phi) + ", " + text("theta_v", pair.v.theta) +
+         ", " + text("phi_v", pair.v.phi) + " degrees";
+}
+
+Status check_finite(std::span<const DirectionPair> pairs, std::span<const float> values) {
+  const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); });
+  if (bad == values.end()) return ok_status();
+  const std::size_t k = static_cast<std::size_t>(bad - values.begin()) / (values.size() / pairs.size());
+  return invalid_file("the value at " + at_degrees(pairs[k]) + " is not finite");
+}
+
+Status evaluate_checked(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
+  source.evaluate(pairs, values);
+  return check_finite(pairs, values);
+}
+
+Status evaluate_checked_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs,
+                                    std::span<float> values) {
+  evaluate_in_parallel(source, pairs, values);
+  return check_finite(pairs, values);
+}
+
+// Refinement by the source looks at four places for each new sample, one of which is the sample.
+std::uint64_t measurements_for(const SamplingOptions& sampling) {
+  return sampling.sample_count * (sampling.refinement == Refinement::kBySource ? 4 : 1);
+}
+
+}  // namespace
+
+Slicer::Slicer(const BrdfSource& source, const SliceOptions& options)
+    : source_(source), options_(options), measured_(&source) {
+  if (source.traits().reciprocal) return;
+  symmetrised_ = std::make_unique<SymmetrisedSource>(source);
+  measured_ = symmetrised_.get();
+}
+
+Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& options) {
+  if (Status status = check_options(options); !status) return status.error();
+  Slicer slicer(source, options);
+  slicer.symmetries_ = slicer.symmetries_to_use();
+  const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop);
+  if (chooses) {
+    Result<HeldBack> choice = slicer.draw(kChoiceSeed);
+    if (!choice) return choice.error();
+    slicer.choice_ = *std::move(choice);
+  }
+  Result<HeldBack> report = slicer.draw(kReportSeed);
+  if (!report) return report.error();
+  slicer.report_ = *std::move(report);
+  return slicer;
+}
+
+Symmetries Slicer::symmetries_to_use() const {
+  const auto* search = std::get_if<SearchedStructure>(&options_.structure);
+  if (search == nullptr) return {.isotropic = source_.traits().isotropic};
+  Symmetries symmetries = detect_symmetries(*measured_);
+  if (!search->use_mirrors) symmetries.mirror_x = symmetries.mirror_y = false;
+  return symmetries;
+}
+
+Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
+  return draw_held_back(
+      kHeldBackCount, seed, symmetries_.isotropic, source_.channel_count(),
+      [&](auto pairs, auto values) { return evaluate_checked_in_parallel(*measured_, pairs, values); });
+}
+
+Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const Progress& progress) const {
+  if (const auto* rule = std::get_if<SearchedStructure>(&options_.structure)) {
+    return search(*rule, sample_count, effort, progress);
+  }
+  const auto& placement = std::get<Placement>(options_.structure);
+  Result<FrameSpec> spec = elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, symmetries_);
+  if (!spec) return spec.error();
+  return SlicePlan{*std::move(spec), sampling_of(options_), {}};
+}
+
+Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
+                                 const Progress& progress) const {
+  SearchOptions search;
+  search.frame = rule.frame;
+  search.domain = options_.domain;
+  search.symmetries = symmetries_;
+  search.objective = objective_of(options_.stop);
+  search.sampling = sampling_of(options_);
+  search.sampling.sample_count = sample_count;
+  search.evaluations = rule.evaluations;
+  search.starts_only = effort == Effort::kStarts;
+  search.progress = progress.report;
+  // Not in parallel: the search tries many structures at once.
+  const auto measure = [&](auto pairs, auto values) { return evaluate_checked(*measured_, pairs, values); };
+  const Result<SearchResult> found = search_structure(source_.traits().channels, measure, choice_, search);
+  if (!found) return found.error();
+  return SlicePlan{expand_outline(found->structure.outline), sampling_for(found->structure, sampling_of(options_)),
+                   found->reasons};
+}
+
+Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count, const Progress& progress) const {
+  Result<Lattice> lattice = build_lattice(plan.frame);
+  if (!lattice) return lattice.error();
+  SamplingOptions sampling = plan.sampling;
+  sampling.sample_count = sample_count;
+  ProgressCounter counter(progress, measurements_for(sampling));
+  const auto measure = [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
+    if (!counter.advance(pairs.size())) return interrupted_error();
+    return evaluate_checked_in_parallel(*measured_, pairs, values);
+  };
+  Result<SlicedBrdf> sliced = sample_slices(*lattice, source_.traits().channels, measure, sampling);
+  if (!sliced) return sliced.error();
+  Slicing slicing{*std::move(sliced), *std::move(lattice), {}};
+  slicing.report.wanted_samples = sample_count;
+  slicing.report.reasons = plan.reasons;
+  return slicing;
+}
+
+Result<Slicing> Slicer::slice(std::uint64_t sample_count, Effort effort, const Progress& progress) const {
+  constexpr double kSearchShare = 0.9;
+  const bool searches = std::holds_alternative<SearchedStructure>(options_.structure);
+  StepwiseProgress steps(progress);
+  const Result<SlicePlan> found = plan(sample_count, effort, steps.step(searches ? kSearchShare : 0));
+  if (!found) return found.error();
+  return sample(*found, sample_count, steps.step(1));
+}
+
+double Slicer::error_on(const HeldBack& held_back, const Slicing& slicing) const {
+  SlicedBrdf coded = slicing.sliced;
+  round_to_precision(coded, options_.encoding.precision);
+  return objective_value(judge(Evaluator(coded, slicing.lattice), held_back), objective_of(options_.stop));
+}
+
+void Slicer::finish(Slicing& slicing) const {
+  SliceReport& report = slicing.report;
+  round_to_precision(slicing.sliced, options_.encoding.precision);
+  for (const auto* values : {&slicing.sliced.crossing_values, &slicing.sliced.sample_values}) {
+    report.values += values->size();
+    report.zero_values += static_cast<std::uint64_t>(std::count(values->begin(), values->end(), 0.0F));
+    report.negative_values +=
+        static_cast<std::uint64_t>(std::count_if(values->begin(), values->end(), [](float v) { return v < 0; }));
+  }
+  report.reciprocity_difference_percent = reciprocity_difference_percent(source_);
+  report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
+  report.error_directions = report_.pairs.size();
+  report.error_values_all_zero = all_zero(report_);
+  slicing.sliced.metadata = metadata_of_slicing(source_.traits(), options_, report);
+}
+
+std::size_t Slicer::file_size(Slicing slicing) const {
+  finish(slicing);
+  return encode_sliced(slicing.sliced, slicing.lattice, options_.encoding).size();
+}
+
+}  // namespace sbrdf

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "converters/slicing/slicing.h"
+
+namespace sbrdf {
+
+/// How far a search for a structure goes: its regular starts suffice to tell how many samples a target will take.
+enum class Effort : std::uint8_t { kStarts, kFull };
+
+/// Where slices lie and how they are sampled, for any number of samples.
+struct SlicePlan {
+  FrameSpec frame;
+  SamplingOptions sampling;          ///< `sample_count` is not set
+  std::vector<std::string> reasons;  ///< for people: why these, where they were searched for
+};
+
+/// One source and what slicings of it have in common: the source made reciprocal, its symmetries, the directions that
+/// choices are made by, and those that results are judged on. Source and options must outlive it.
+class Slicer {
+ public:
+  /// kUsage for options that cannot be; kInvalidFile where the source gives a value that is not finite.
+  [[nodiscard]] static Result<Slicer> make(const BrdfSource& source, const SliceOptions& options);
+
+  [[nodiscard]] const SliceOptions& options() const { return options_; }
+
+  /// The placement that was asked for, or the best structure for so many samples that a search finds. The errors of
+  /// search_structure() and elevation_frame().
+  [[nodiscard]] Result<SlicePlan> plan(std::uint64_t sample_count, Effort effort, const Progress& progress) const;
+  /// Samples by a plan, which may have been made for another number. kUsage where there are more crossings than
+  /// samples.
+  [[nodiscard]] Result<Slicing> sample(const SlicePlan& plan, std::uint64_t sample_count,
+                                       const Progress& progress) const;
+  /// Both.
+  [[nodiscard]] Result<Slicing> slice(std::uint64_t sample_count, Effort effort, const Progress& progress) const;
+
+  /// The error of what a file would give back [%], by the measure of the stop rule: on the directions that choices are
+  /// made by, and on those that took no part in any.
+  [[nodiscard]] double error_on_choice(const Slicing& slicing) const { return error_on(choice_, slicing); }
+  [[nodiscard]] double error_on_report(const Slicing& slicing) const { return error_on(report_, slicing); }
+  /// The source is zero on one of the two: no relative error can be stated.
+  [[nodiscard]] bool all_held_back_zero() const { return all_zero(choice_) || all_zero(report_); }
+  [[nodiscard]] std::size_t held_back_count() const { return report_.pairs.size(); }
+
+  /// Rounds the samples to the precision, and fills report and metadata.
+  void finish(Slicing& slicing) const;
+  /// Bytes of the file, with the metadata that it will have. Takes a slicing that is not finished.
+  [[nodiscard]] std::size_t file_size(Slicing slicing) const;
+
+ private:
+  Slicer(const BrdfSource& source, const SliceOptions& options);
+
+  [[nodiscard]] Symmetries symmetries_to_use() const;
+  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
+  [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
+                                         const Progress& progress) const;
+  [[nodiscard]] double error_on(const HeldBack& held_back, const Slicing& slicing) const;
+
+  const BrdfSource& source_;
+  const SliceOptions& options_;
+  std::unique_ptr<const BrdfSource> symmetrised_;
+  const BrdfSource* measured_;  ///< what is sampled: the source, or the mean of both orders where it is not reciprocal
+  Symmetries symmetries_;
+  HeldBack choice_;  ///< empty where nothing is chosen by it
+  HeldBack report_;
+};
+
+}  // namespace sbrdf
