@@ -1,11 +1,16 @@
 #include "codec/search/structure_search.h"
-#include "formats/core/parallel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <numeric>
+#include <utility>
+
+#include "codec/search/moves.h"
+#include "codec/search/starts.h"
+#include "formats/core/parallel.h"
 
 namespace sbrdf {
 namespace {
@@ -13,57 +18,7 @@ namespace {
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr HeldBackError kInfiniteError = {kInfinite, kInfinite};
 constexpr double kLeastGain = 0.998;            // a move must bring the error below this times what it was
-constexpr double kMaxCrossingShare = 0.9;       // of the budget; slices need samples of their own
 constexpr std::uint64_t kFewestSearched = 500;  // samples; below, half of them say nothing about all
-constexpr std::array<double, kAxisCount> kLeastCellDeg = {4, 4, 2, 0.5};
-
-std::vector<double> steps(double end, double step) {
-  std::vector<double> list;
-  for (int k = 0; k * step < end - 1e-9; ++k) list.push_back(k * step);
-  list.push_back(end);
-  return list;
-}
-
-std::vector<Structure> elevation_seeds(const Symmetries& symmetries) {
-  std::vector<Structure> seeds;
-  for (const double elevation : {28.0, 20.0, 14.0, 10.0, 7.0, 5.0}) {
-    for (const double azimuth : {180.0, 60.0, 36.0, 20.0, 12.0}) {
-      Structure seed;
-      seed.outline = {FrameId::kElevation, symmetries, {}};
-      seed.outline.lists[kAxial] = symmetries.isotropic ? std::vector<double>{0} : steps(180, azimuth);
-      seed.outline.lists[kDiagonal] = steps(180, azimuth);
-      seed.outline.lists[kHorizontal] = steps(kThetaMaxDeg, elevation);
-      seeds.push_back(seed);
-    }
-  }
-  return seeds;
-}
-
-std::vector<Structure> half_difference_seeds(const Symmetries& symmetries) {
-  const std::vector<std::vector<double>> theta_h = {
-      {0, 20, 50, 80}, {0, 6, 16, 32, 55, 80}, {0, 3, 8, 16, 32, 55, 80}, {0, 2, 5, 10, 20, 35, 55, 80}};
-  const std::vector<std::vector<double>> theta_d = {
-      {0, 40, 80}, {0, 20, 40, 60, 72, 80}, {0, 12, 24, 36, 48, 60, 70, 80}};
-  const std::vector<double> phi_h =
-      symmetries.isotropic ? std::vector<double>{0} : std::vector<double>{90, 45, 22.5, 15};
-  std::vector<Structure> seeds;
-  for (const auto& h : theta_h) {
-    for (const auto& d : theta_d) {
-      for (const double phi_h_step : phi_h) {
-        for (const double phi_d_step : {45.0, 30.0, 18.0}) {
-          Structure seed;
-          seed.outline = {FrameId::kHalfDifference, symmetries, {}};
-          seed.outline.lists[kAxial] = symmetries.isotropic ? std::vector<double>{0} : steps(90, phi_h_step);
-          seed.outline.lists[kDiagonal] = steps(90, phi_d_step);
-          seed.outline.lists[kHorizontal] = d;
-          seed.outline.lists[kVertical] = h;
-          seeds.push_back(seed);
-        }
-      }
-    }
-  }
-  return seeds;
-}
 
 std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);
@@ -79,99 +34,50 @@ class Search {
  public:
   Search(const std::vector<std::string>& channels, const Measure& measure, const HeldBack& held_back,
          const SearchOptions& options)
-      : channels_(channels), measure_(measure), held_back_(held_back), options_(options) {}
+      : channels_(channels), measure_(measure), held_back_(held_back), options_(options) {
+    standard_.objective = options.objective;
+  }
 
   // `fewer`: what a search for fewer samples found.
   Result<SearchResult> run(const std::optional<SearchResult>& fewer) {
-    std::vector<Structure> candidates = seeds(options_.evaluations - (fewer ? 1 : 0));
+    std::vector<Structure> candidates = regular_starts(options_, options_.evaluations - (fewer ? 1 : 0));
     if (fewer) candidates.push_back(fewer->structure);
     if (candidates.empty()) return too_few();
     const std::vector<HeldBackError> errors = try_all(candidates);
     if (stopped_) return interrupted();
-    if (fewer) {
-      ceiling_.mre_percent = std::max(fewer->error.mre_percent, errors.back().mre_percent);
-      ceiling_.rel_l1_percent = std::max(fewer->error.rel_l1_percent, errors.back().rel_l1_percent);
-    }
-    for (std::size_t k = 0; k < candidates.size(); ++k) remember(candidates[k], value_of(errors[k]));
+    if (fewer) standard_.ceiling = worse_of(fewer->error, errors.back());
     take_best(candidates, errors, kInfinite);
-    if (value_of(error_) == kInfinite) return why_all_fail(candidates.front());
-    report_frames();
-    while (!stopped_ && !options_.starts_only && tried_ < options_.evaluations && improve()) {
+    if (standard_.value_of(error_) == kInfinite) return why_all_fail(candidates.front());
+    report_starts(candidates, errors);
+    while (!stopped_ && !options_.starts_only && spent_ < options_.evaluations && improve()) {
     }
     if (stopped_) return interrupted();
     const std::string tried = std::to_string(tried_) + (tried_ == 1 ? " structure" : " structures");
-    reason(describe(structure_) + ", after " + tried + " tried with so many samples", value_of(error_));
+    reason(describe(structure_) + ", after " + tried + " tried with so many samples", standard_.value_of(error_));
     return SearchResult{structure_, error_, std::move(reasons_)};
   }
 
  private:
-  [[nodiscard]] std::vector<Structure> seeds(std::size_t most) const {
-    std::vector<Structure> all;
-    for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
-      if (options_.frame && *options_.frame != id) continue;
-      const auto some =
-          id == FrameId::kElevation ? elevation_seeds(options_.symmetries) : half_difference_seeds(options_.symmetries);
-      all.insert(all.end(), some.begin(), some.end());
-    }
-    for (Structure& seed : all) {
-      seed.domain = options_.domain.value_or(DomainKind::kLog);
-      if (options_.objective == Objective::kMre) seed.value_exponent = 0;
-      if (options_.objective == Objective::kRelL1) seed.value_exponent = 1;
-    }
-    return keep_fitting(all, most);
-  }
-
-  // Seeds with hardly any crossings for the budget lead nowhere; those with too many do not fit. The densest third of
-  // the fitting ones of each frame stay, which saves most of the time; fewer where fewer are to be tried.
-  [[nodiscard]] std::vector<Structure> keep_fitting(const std::vector<Structure>& all, std::size_t most) const {
-    std::array<std::vector<Structure>, 2> kept = {densest_third(all, FrameId::kElevation),
-                                                  densest_third(all, FrameId::kHalfDifference)};
-    while (kept[0].size() + kept[1].size() > most) kept[kept[0].size() < kept[1].size() ? 1 : 0].pop_back();
-    kept[0].insert(kept[0].end(), kept[1].begin(), kept[1].end());
-    return std::move(kept[0]);
-  }
-
-  [[nodiscard]] std::vector<Structure> densest_third(const std::vector<Structure>& all, FrameId id) const {
-    std::vector<std::pair<std::size_t, std::size_t>> counts;
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      if (all[k].outline.id != id) continue;
-      const Result<Lattice> lattice = build_lattice(expand_outline(all[k].outline));
-      if (!lattice || !fits(lattice->crossings.size())) continue;
-      counts.emplace_back(lattice->crossings.size(), k);
-    }
-    std::sort(counts.rbegin(), counts.rend());
-    const std::size_t keep = std::max<std::size_t>(std::min<std::size_t>(8, counts.size()), counts.size() / 3);
-    std::vector<Structure> kept;
-    for (std::size_t k = 0; k < keep; ++k) kept.push_back(all[counts[k].second]);
-    return kept;
-  }
-
-  [[nodiscard]] bool fits(std::size_t crossings) const {
-    return static_cast<double>(crossings) <= kMaxCrossingShare * static_cast<double>(options_.sampling.sample_count);
-  }
-
   [[nodiscard]] Result<HeldBackError> error_of(const Structure& structure) const {
     const Result<Lattice> lattice = build_lattice(expand_outline(structure.outline));
     if (!lattice) return lattice.error();
-    if (!fits(lattice->crossings.size())) return kInfiniteError;
+    if (!fits_budget(lattice->crossings.size(), options_.sampling.sample_count)) return kInfiniteError;
     const Result<SlicedBrdf> sliced =
         sample_slices(*lattice, channels_, measure_, sampling_for(structure, options_.sampling));
     if (!sliced) return sliced.error();
     return judge(Evaluator(*sliced, *lattice), held_back_);
   }
 
-  // Infinite for what is worse by either error than fewer samples can do.
-  [[nodiscard]] double value_of(const HeldBackError& error) const {
-    const bool worse = error.mre_percent > ceiling_.mre_percent || error.rel_l1_percent > ceiling_.rel_l1_percent;
-    return worse && options_.objective == Objective::kBoth ? kInfinite : objective_value(error, options_.objective);
+  [[nodiscard]] static HeldBackError worse_of(const HeldBackError& a, const HeldBackError& b) {
+    return {std::max(a.mre_percent, b.mre_percent), std::max(a.rel_l1_percent, b.rel_l1_percent)};
   }
 
   // False where none is below the limit.
   bool take_best(const std::vector<Structure>& candidates, const std::vector<HeldBackError>& errors, double limit) {
     bool taken = false;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
-      if (value_of(errors[k]) >= limit) continue;
-      limit = value_of(errors[k]);
+      if (standard_.value_of(errors[k]) >= limit) continue;
+      limit = standard_.value_of(errors[k]);
       structure_ = candidates[k];
       error_ = errors[k];
       taken = true;
@@ -201,66 +107,31 @@ class Search {
       if (error) errors[k] = *error;
     });
     tried_ += candidates.size();
-    const double done = static_cast<double>(tried_) / static_cast<double>(std::max(options_.evaluations, tried_));
+    spent_ += candidates.size();
+    const double done = static_cast<double>(spent_) / static_cast<double>(std::max(options_.evaluations, spent_));
     if (options_.progress && !options_.progress(done)) stopped_ = true;
     return errors;
   }
 
   bool improve() {
-    const std::vector<Structure> candidates = moves();
-    return take_best(candidates, try_all(candidates), kLeastGain * value_of(error_));
+    const Moves moves = moves_from(structure_, options_);
+    const double limit = kLeastGain * standard_.value_of(error_);
+    const bool better = take_best(moves.structures, try_all(moves.structures), limit);
+    spent_ += moves.known;
+    return better;
   }
 
-  [[nodiscard]] std::vector<Structure> moves() const {
-    std::vector<Structure> all;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) move_nodes(axis, all);
-    if (!options_.domain) {
-      all.push_back(structure_);
-      all.back().domain = structure_.domain == DomainKind::kLog ? DomainKind::kLinear : DomainKind::kLog;
-    }
-    if (structure_.domain != DomainKind::kLog) return all;
-    for (const int halvings : {2, 5, 10}) {
-      all.push_back(structure_);
-      all.back().floor_halvings = halvings;
-    }
-    if (structure_.outline.id != FrameId::kHalfDifference) return all;
-    const bool isotropic = options_.symmetries.isotropic;
-    using Ratios = std::vector<std::optional<double>>;
-    for (const auto ratio : isotropic ? Ratios{{}, 1} : Ratios{{}, 1, 0.2, 0.4, 2.5, 5}) {
-      all.push_back(structure_);
-      all.back().guide_ratio = ratio;
-    }
-    return all;
-  }
-
-  // A node more in the middle of each cell, each inner node gone, each inner node a third of its way to a neighbour.
-  void move_nodes(std::size_t axis, std::vector<Structure>& all) const {
-    const std::vector<double>& list = structure_.outline.lists[axis];
-    const auto changed = [&]() -> std::vector<double>& {
-      all.push_back(structure_);
-      return all.back().outline.lists[axis];
-    };
-    for (std::size_t k = 0; k + 1 < list.size(); ++k) {
-      if (list[k + 1] - list[k] < 2 * kLeastCellDeg[axis]) continue;
-      std::vector<double>& target = changed();
-      target.insert(target.begin() + static_cast<std::ptrdiff_t>(k + 1), (list[k] + list[k + 1]) / 2);
-    }
-    for (std::size_t k = 1; k + 1 < list.size(); ++k) {
-      std::vector<double>& target = changed();
-      target.erase(target.begin() + static_cast<std::ptrdiff_t>(k));
-      changed()[k] -= std::round((list[k] - list[k - 1]) * 32 / 3) / 32;
-      changed()[k] += std::round((list[k + 1] - list[k]) * 32 / 3) / 32;
-    }
-  }
-
-  void remember(const Structure& structure, double error) {
-    auto& best = best_of_frame_[structure.outline.id == FrameId::kElevation ? 0 : 1];
-    if (error < best.second) best = {structure, error};
-  }
-
-  void report_frames() {
-    for (const auto& [structure, error] : best_of_frame_) {
-      if (error < kInfinite) reason("best start: " + describe(structure), error);
+  // The best of each frame.
+  void report_starts(const std::vector<Structure>& starts, const std::vector<HeldBackError>& errors) {
+    for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
+      double least = kInfinite;
+      const Structure* best = nullptr;
+      for (std::size_t k = 0; k < starts.size(); ++k) {
+        if (starts[k].outline.id != id || standard_.value_of(errors[k]) >= least) continue;
+        least = standard_.value_of(errors[k]);
+        best = &starts[k];
+      }
+      if (best != nullptr) reason("best start: " + describe(*best), least);
     }
   }
 
@@ -274,13 +145,12 @@ class Search {
   const Measure& measure_;
   const HeldBack& held_back_;
   const SearchOptions& options_;
+  Standard standard_;
   Structure structure_;
   HeldBackError error_ = kInfiniteError;
-  HeldBackError ceiling_ = kInfiniteError;
   std::size_t tried_ = 0;
+  std::size_t spent_ = 0;  // of the evaluations: those tried, and moves that lead nowhere
   bool stopped_ = false;
-  std::array<std::pair<Structure, double>, 2> best_of_frame_ = {std::pair{Structure{}, kInfinite},
-                                                                std::pair{Structure{}, kInfinite}};
   std::vector<std::string> reasons_;
 };
 
@@ -296,6 +166,11 @@ double objective_value(const HeldBackError& error, Objective objective) {
       break;
   }
   return std::sqrt(error.mre_percent * error.rel_l1_percent);
+}
+
+double Standard::value_of(const HeldBackError& error) const {
+  const bool worse = error.mre_percent > ceiling.mre_percent || error.rel_l1_percent > ceiling.rel_l1_percent;
+  return worse && objective == Objective::kBoth ? kInfinite : objective_value(error, objective);
 }
 
 SamplingOptions sampling_for(const Structure& structure, SamplingOptions options) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,17 @@ enum class Objective : std::uint8_t {
   kRelL1,  ///< sum |f - r| / sum |f|
 };
 [[nodiscard]] double objective_value(const HeldBackError& error, Objective objective);
+
+/// How much a structure is worth: what searches compare.
+struct Standard {
+  Objective objective = Objective::kBoth;
+  /// What fewer samples can do. Objective::kBoth takes nothing that is worse by either error, however good by the
+  /// other.
+  HeldBackError ceiling = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+
+  /// The error to make small; infinite for what must not be taken.
+  [[nodiscard]] double value_of(const HeldBackError& error) const;
+};
 
 /// All choices that a material leaves open.
 struct Structure {
@@ -38,7 +50,7 @@ struct SearchOptions {
   SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
   /// How many structures are tried for each number of samples, 1 or more (with 1, the densest start for the fewest
   /// samples is kept): no more starts than this, and rounds of moves (some fifty each) for as long as fewer were tried;
-  /// a round is finished.
+  /// a round is finished. Moves that lead to where a round began are not tried, but count.
   std::size_t evaluations = 200;
   bool starts_only = false;  ///< no moves
   /// Called between rounds with the fraction done; false asks to stop.
