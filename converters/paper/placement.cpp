@@ -1,75 +1,21 @@
-#include "converters/paper/reproduce.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <numeric>
-#include <set>
+#include <utility>
 
-#include "converters/files/sliced/sliced.h"
+#include "codec/material/evaluator.h"
 #include "converters/judge/compare.h"
 #include "converters/models/kurt.h"
+#include "converters/paper/published.h"
+#include "converters/paper/reproduce.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf {
 namespace {
-
-constexpr std::array<std::uint64_t, 2> kCounts = {8'911, 18'721};
-
-struct PaperRow {
-  const char* material;
-  std::array<double, 2> mre_percent;  // "proposed" at kCounts
-  bool exchanged;
-  double increase;  // Table 4
-};
-constexpr std::array<PaperRow, 10> kPaper = {{{"Brushed alum", {24.5, 18.9}, false, 1.31},
-                                              {"Purple satin", {0.8, 0.5}, false, 1.19},
-                                              {"Red velvet", {0.1, 0.1}, true, 1.49},
-                                              {"Yellow satin", {10.4, 5.7}, true, 1.32},
-                                              {"fabric002", {0.5, 0.3}, false, 1.02},
-                                              {"fabric041", {0.2, 0.1}, false, 1.03},
-                                              {"fabric112", {1.3, 0.9}, false, 1.05},
-                                              {"fabric135", {3.9, 2.5}, false, 1.27},
-                                              {"fabric139", {0.5, 0.3}, false, 1.11},
-                                              {"wood01", {0.2, 0.1}, false, 1.17}}};
-
-/// Part of a longer piece of work, reported as if it were the whole. The parts run one after the other.
-Progress part_of(const Progress& progress, double begin, double end) {
-  if (!progress.report) return {};
-  return {[&progress, begin, end](double fraction) { return progress.report(begin + (end - begin) * fraction); }};
-}
-
-std::string structure_text(const Slicing& slicing, const SliceOptions& options) {
-  if (const auto* placement = std::get_if<Placement>(&options.structure)) return placement_text(*placement);
-  std::string text(geometry(slicing.sliced.frame.id).name());
-  text += slicing.sliced.domain.kind == DomainKind::kLog ? ", log" : ", linear";
-  return slicing.sliced.guide ? text + ", guide" : text;
-}
-
-Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const AccuracyOptions& options,
-                                 const Progress& progress) {
-  Result<KurtModel> model = kurt_material(paper.material);
-  if (!model) return model.error();
-  const auto source = make_kurt_source(*model);
-  SliceOptions slices = options.slices;
-  slices.stop = SampleCount{kCounts[count]};
-  slices.encoding.precision = 0;  // the paper's samples are not rounded
-  if (!options.automatic) slices.structure = table_3_placement(kCounts[count]);
-  Result<Slicing> slicing = slice_source(*source, slices, part_of(progress, 0, 0.3));
-  if (!slicing) return slicing.error();
-  AccuracyRow row = {paper.material,           kCounts[count], structure_text(*slicing, slices), 0,
-                     paper.mre_percent[count], paper.exchanged};
-  const SlicedSource sliced(DecodedSliced{std::move(slicing->sliced), std::move(slicing->lattice), {}});
-  CompareOptions directions;
-  directions.random_count = options.random_count;
-  directions.seed = options.seed;
-  const Result<Comparison> comparison = compare_sources(*source, sliced, directions, part_of(progress, 0.3, 1));
-  if (!comparison) return comparison.error();
-  row.mre_percent = comparison->mre_percent;
-  return row;
-}
 
 // Placements that do not fit have a NaN, which no comparison takes.
 double least_error(const std::vector<double>& errors) {
@@ -196,59 +142,7 @@ double mean_increase(const std::vector<PlacementRow>& rows, std::size_t material
   return sum / static_cast<double>(count);
 }
 
-}  // namespace
-
-std::string placement_text(const Placement& placement) {
-  std::array<char, 48> text{};
-  std::snprintf(text.data(), text.size(), "%g/%g", placement.elevation_step_deg, placement.azimuth_step_deg);
-  return text.data();
-}
-
-Result<std::vector<AccuracyRow>> reproduce_accuracy(const AccuracyOptions& options, const Progress& progress) {
-  std::set<std::string> wanted;
-  for (const std::string& name : options.materials.empty() ? kurt_material_names() : options.materials) {
-    Result<KurtModel> model = kurt_material(name);
-    if (!model) return model.error();
-    wanted.insert(model->name);
-  }
-  std::vector<AccuracyRow> rows;
-  const double total = static_cast<double>(wanted.size() * kCounts.size());
-  for (const PaperRow& paper : kPaper) {
-    if (wanted.count(paper.material) == 0) continue;
-    for (std::size_t count = 0; count < kCounts.size(); ++count) {
-      const auto done = static_cast<double>(rows.size());
-      Result<AccuracyRow> row =
-          accuracy_row(paper, count, options, part_of(progress, done / total, (done + 1) / total));
-      if (!row) return row.error();
-      rows.push_back(*std::move(row));
-    }
-  }
-  return rows;
-}
-
-double mean_ratio_to_paper(std::span<const AccuracyRow> rows, std::uint64_t samples) {
-  double sum = 0;
-  std::size_t count = 0;
-  for (const AccuracyRow& row : rows) {
-    if (row.samples != samples) continue;
-    sum += std::log(row.mre_percent / row.paper_mre_percent);
-    ++count;
-  }
-  return std::exp(sum / static_cast<double>(count));
-}
-
-Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, const Progress& progress) {
-  PlacementStudy study;
-  std::vector<std::unique_ptr<BrdfSource>> sources;
-  std::vector<GridSample> grids;
-  for (const PaperRow& paper : kPaper) {
-    Result<KurtModel> model = kurt_material(paper.material);
-    if (!model) return model.error();
-    study.materials.emplace_back(paper.material);
-    study.paper_increase.push_back(paper.increase);
-    sources.push_back(make_kurt_source(*model));
-    grids.push_back(draw_grid(*sources.back(), options));
-  }
+Result<std::vector<Lattice>> lattices_of_table_3() {
   std::vector<Lattice> lattices;
   for (const Placement& placement : table_3_placements()) {
     Result<FrameSpec> spec = elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, {});
@@ -257,9 +151,53 @@ Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, cons
     if (!lattice) return lattice.error();
     lattices.push_back(*std::move(lattice));
   }
-  const PlacementGrid errors(options, sources, grids, lattices);
+  return lattices;
+}
+
+/// The ten materials, and where on the grid they are judged.
+struct Materials {
+  std::vector<std::unique_ptr<BrdfSource>> sources;
+  std::vector<GridSample> grids;
+};
+
+Result<Materials> materials_of_paper(const PlacementOptions& options) {
+  Materials materials;
+  for (const PaperRow& paper : kPaper) {
+    Result<KurtModel> model = kurt_material(paper.material);
+    if (!model) return model.error();
+    materials.sources.push_back(make_kurt_source(*model));
+    materials.grids.push_back(draw_grid(*materials.sources.back(), options));
+  }
+  return materials;
+}
+
+// How much the chosen placements cost, in the order of kPaper.
+void add_increases(PlacementStudy& study) {
+  for (std::size_t material = 0; material < kPaper.size(); ++material) {
+    study.materials.emplace_back(kPaper[material].material);
+    study.paper_increase.push_back(kPaper[material].increase);
+    study.increase.push_back(mean_increase(study.rows, material, &PlacementRow::best));
+    study.increase_table_3.push_back(mean_increase(study.rows, material, &PlacementRow::table_3));
+  }
+}
+
+}  // namespace
+
+std::string placement_text(const Placement& placement) {
+  std::array<char, 48> text{};
+  std::snprintf(text.data(), text.size(), "%g/%g", placement.elevation_step_deg, placement.azimuth_step_deg);
+  return text.data();
+}
+
+Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, const Progress& progress) {
+  const Result<Materials> materials = materials_of_paper(options);
+  if (!materials) return materials.error();
+  const Result<std::vector<Lattice>> lattices = lattices_of_table_3();
+  if (!lattices) return lattices.error();
+  const PlacementGrid errors(options, materials->sources, materials->grids, *lattices);
   const auto total =
       static_cast<double>(std::accumulate(options.counts.begin(), options.counts.end(), std::uint64_t{0}));
+  PlacementStudy study;
   double done = 0;
   for (const std::uint64_t samples : options.counts) {
     Result<PlacementRow> row = errors.at(samples);
@@ -268,10 +206,7 @@ Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, cons
     done += static_cast<double>(samples);
     if (progress.report && !progress.report(done / total)) return interrupted_error();
   }
-  for (std::size_t material = 0; material < sources.size(); ++material) {
-    study.increase.push_back(mean_increase(study.rows, material, &PlacementRow::best));
-    study.increase_table_3.push_back(mean_increase(study.rows, material, &PlacementRow::table_3));
-  }
+  add_increases(study);
   return study;
 }
 
