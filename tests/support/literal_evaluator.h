@@ -17,8 +17,23 @@
 
 namespace sbrdf {
 
+/// Frame coordinates of a pair, with the two directions as they are given. The azimuth of a direction at the pole means
+/// nothing; in the elevation frame u is 0 there.
+inline Coordinates plain_coordinates(const DirectionPair& pair, FrameId frame) {
+  if (frame == FrameId::kElevation) {
+    double phi_i = degrees_from_radians(pair.i.phi);
+    double phi_v = degrees_from_radians(pair.v.phi);
+    if (pair.i.theta == 0) phi_i = phi_v;
+    if (pair.v.theta == 0) phi_v = phi_i;
+    return {phi_i + phi_v, phi_i - phi_v, degrees_from_radians(pair.v.theta), degrees_from_radians(pair.i.theta)};
+  }
+  const HalfDifference angles = half_difference_from_pair(pair);
+  return {degrees_from_radians(angles.phi_h), degrees_from_radians(angles.phi_d), degrees_from_radians(angles.theta_d),
+          degrees_from_radians(angles.theta_h)};
+}
+
 /// Section 7 of the paper as it is printed, in long double and without regard to speed; in log values the sum is held
-/// below the greatest slice, too. It takes from the lattice only
+/// below the greatest slice, too, and a guide is taken off and added again. It takes from the lattice only
 /// what is measured (crossings, slices and their nodes) and finds out by comparing directions which crossing is at
 /// a corner and which slice along a line.
 class LiteralEvaluator {
@@ -102,7 +117,7 @@ class LiteralEvaluator {
     }
     if (sliced_.domain.kind == DomainKind::kLinear) maximum = std::numeric_limits<long double>::infinity();
     const long double sum = p + q + s + t - 3 * c;
-    const long double value = inverse(std::clamp(sum, minimum, maximum), channel);
+    const long double value = inverse(std::clamp(sum, minimum, maximum) + guide_at(point, channel), channel);
     return {has_negative(channel) ? value : std::max(0.0L, value), sum < minimum ? -1 : sum > maximum ? 1 : 0};
   }
 
@@ -152,6 +167,34 @@ class LiteralEvaluator {
     return f;
   }
 
+  /// The guide's profile, over the angle that the conventions give; 0 without a guide.
+  long double guide_at(const Coordinates& x, std::size_t channel) {
+    if (!sliced_.guide) return 0;
+    const Guide& guide = *sliced_.guide;
+    const std::vector<double>& nodes = lattice_.spec.axes[kVertical].nodes_deg;
+    const long double phi_h = radians_from_degrees(x[kAxial]);
+    const long double along_x = std::cos(phi_h) * std::min(1.0, guide.ratio);
+    const long double along_y = std::sin(phi_h) / std::max(1.0, guide.ratio);
+    const long double theta_h = radians_from_degrees(x[kVertical]);
+    const long double tangent = std::tan(theta_h) * std::sqrt(along_x * along_x + along_y * along_y);
+    const long double angle =
+        std::min<long double>(degrees_from_radians(static_cast<double>(std::atan(tangent))), nodes.back());
+    auto found = guides_.find(channel);
+    if (found == guides_.end()) {
+      std::vector<long double> positions;
+      std::vector<long double> values;
+      for (std::size_t k = 0; k < guide.places.size(); ++k) {
+        const auto [interval, fraction] = guide.places[k];
+        const long double next = fraction == 0 ? nodes[interval] : nodes[interval + 1];
+        positions.push_back(nodes[interval] + (next - nodes[interval]) * fraction / 65536);
+        values.push_back(guide.values[k * sliced_.channel_count() + channel]);
+      }
+      found =
+          guides_.emplace(channel, DenseSpline(Boundary::kBounded, 0, std::move(positions), std::move(values))).first;
+    }
+    return found->second(angle);
+  }
+
   /// Only a material with negative samples may be negative anywhere.
   [[nodiscard]] bool has_negative(std::size_t channel) const {
     for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
@@ -162,6 +205,14 @@ class LiteralEvaluator {
     return false;
   }
 
+  /// Not those that are measured: the half/difference frame moves directions from below the horizon to shortly above
+  /// it, where different places can hardly be told apart.
+  [[nodiscard]] DirectionPair directions(const Coordinates& x) const {
+    if (elevation_frame()) return frame_.directions(x);
+    return pair_from_half_difference({radians_from_degrees(x[kVertical]), radians_from_degrees(x[kAxial]),
+                                      radians_from_degrees(x[kHorizontal]), radians_from_degrees(x[kDiagonal])});
+  }
+
   [[nodiscard]] bool same(const DirectionPair& a, const DirectionPair& b) const {
     return measurement_distance(a, b, lattice_.spec.symmetries) < 1e-9;
   }
@@ -169,20 +220,21 @@ class LiteralEvaluator {
   long double corner_value(const Coordinates& x, std::size_t channel) {
     const auto [entry, added] = corners_.try_emplace(x, 0);
     if (added) {
-      const DirectionPair pair = frame_.directions(x);
+      const DirectionPair pair = directions(x);
       const auto found = std::find_if(lattice_.crossings.begin(), lattice_.crossings.end(),
-                                      [&](const Coordinates& at) { return same(frame_.directions(at), pair); });
+                                      [&](const Coordinates& at) { return same(directions(at), pair); });
       if (found == lattice_.crossings.end()) throw std::logic_error("no crossing at a corner");
       entry->second = static_cast<std::size_t>(found - lattice_.crossings.begin());
     }
-    return forward(sliced_.crossing_values[entry->second * sliced_.channel_count() + channel], channel);
+    return forward(sliced_.crossing_values[entry->second * sliced_.channel_count() + channel], channel) -
+           guide_at(x, channel);
   }
 
   /// Where `pair` lies on a slice, or a negative number where it does not.
   [[nodiscard]] double position_on(const Slice& slice, const DirectionPair& pair) const {
     const auto try_at = [&](double position) {
       const bool inside = position > slice.start_deg - 1e-9 && position < slice.start_deg + slice.length_deg + 1e-9;
-      return inside && same(frame_.directions(coordinates_on(slice, position)), pair);
+      return inside && same(directions(coordinates_on(slice, position)), pair);
     };
     const HalfDifference angles = half_difference_from_pair(pair);
     std::vector<double> candidates;
@@ -206,7 +258,7 @@ class LiteralEvaluator {
 
   [[nodiscard]] DirectionPair on_line(std::size_t axis, Coordinates x, double at) const {
     x[axis] = at;
-    return frame_.directions(x);
+    return directions(x);
   }
 
   static constexpr std::size_t kNothingVaries = SIZE_MAX;
@@ -243,7 +295,7 @@ class LiteralEvaluator {
       std::vector<long double> values;
       for (const auto& [at, value] : samples_[k]) {
         positions.push_back(at);
-        values.push_back(forward(value[channel], channel));
+        values.push_back(forward(value[channel], channel) - guide_at(coordinates_on(slice, at), channel));
       }
       found = splines_
                   .emplace(std::pair(k, channel),
@@ -265,6 +317,7 @@ class LiteralEvaluator {
   std::map<Coordinates, std::size_t> corners_;
   std::map<std::pair<std::size_t, Coordinates>, std::size_t> lines_;
   std::map<std::pair<std::size_t, std::size_t>, DenseSpline> splines_;
+  std::map<std::size_t, DenseSpline> guides_;
 };
 
 }  // namespace sbrdf

@@ -49,18 +49,6 @@ DirectionPair random_pair(std::mt19937_64& random, double theta_max = 80) {
   return {direction_from_degrees(theta(random), phi(random)), direction_from_degrees(theta(random), phi(random))};
 }
 
-/// Frame coordinates of a pair, with the two directions as they are given.
-Coordinates plain_coordinates(const DirectionPair& pair, FrameId frame) {
-  if (frame == FrameId::kElevation) {
-    const double phi_i = degrees_from_radians(pair.i.phi);
-    const double phi_v = degrees_from_radians(pair.v.phi);
-    return {phi_i + phi_v, phi_i - phi_v, degrees_from_radians(pair.v.theta), degrees_from_radians(pair.i.theta)};
-  }
-  const HalfDifference angles = half_difference_from_pair(pair);
-  return {degrees_from_radians(angles.phi_h), degrees_from_radians(angles.phi_d), degrees_from_radians(angles.theta_d),
-          degrees_from_radians(angles.theta_h)};
-}
-
 template <class Real>
 std::vector<Real> evaluate(const BasicEvaluator<Real>& evaluator, const DirectionPair& pair) {
   std::vector<Real> values(evaluator.channel_count());
