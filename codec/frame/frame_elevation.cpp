@@ -27,6 +27,9 @@ void take_out_what_does_not_matter(AffineLine& line, bool isotropic) {
   }
 }
 
+// (s + 360, u + 360) and (s + 720, u) are (s, u). So one of the two can be brought into [0, 360), which takes the other
+// along by as many half periods, and that one into [0, 720). The one that stays is the first, because what moves along
+// a line needs no single place.
 void wrap_azimuths(AffineLine& line, bool isotropic) {
   if (isotropic) {
     line.offset[kU] = wrap_node(line.offset[kU], 360);
@@ -43,6 +46,7 @@ void wrap_azimuths(AffineLine& line, bool isotropic) {
   line.offset[other] = wrap_node(line.offset[other], 720);
 }
 
+// Reciprocity: (s, u, theta_v, theta_i) and (s, -u, theta_i, theta_v) are one measurement.
 AffineLine exchanged(AffineLine line) {
   std::swap(line.offset[kThetaI], line.offset[kThetaV]);
   std::swap(line.slope[kThetaI], line.slope[kThetaV]);

@@ -18,8 +18,10 @@ namespace sbrdf {
 
 // What both have in common.
 
+/// Coordinates that agree to 1e-6 degrees are the same node. Nodes of a list are at least a thousand times as far
+/// apart, and what images add to a coordinate by rounding is a million times as small.
 inline constexpr double kUnitsPerDegree = 1e6;
-/// Coordinates that agree to 1e-6 degrees are the same node; whole numbers make them comparable and hashable.
+/// Coordinates in whole units: comparable and hashable. Degrees of any sign, up to some turns.
 [[nodiscard]] inline std::int64_t node_units(double degrees) {
   // Halves away from zero as std::llround, without the call.
   const double scaled = degrees * kUnitsPerDegree;
@@ -37,12 +39,14 @@ inline constexpr double kUnitsPerDegree = 1e6;
 [[nodiscard]] inline bool stays_at_zero(const AffineLine& line, std::size_t axis) {
   return line.slope[axis] == 0 && line.offset[axis] == 0;
 }
-/// Takes a coordinate that does not matter out of a line.
+/// Takes a coordinate that does not matter out of a line, so that all lines that differ in it alone become one.
 inline void drop_axis(AffineLine& line, std::size_t axis) {
   line.offset[axis] = 0;
   line.slope[axis] = 0;
 }
-/// Mirrors the two azimuths: the axial one at shift / 2, the diagonal one at 0.
+/// Mirrors the two azimuths: the axial one at shift / 2, the diagonal one at 0. This is what a mirror plane does in
+/// both frames: phi -> -phi of both directions negates s, u, phi_h and phi_d; phi -> 180 - phi makes 360 - s of s, 180
+/// - phi_h of phi_h, and negates u and phi_d.
 [[nodiscard]] inline AffineLine mirror_azimuths(AffineLine line, double axial_shift_deg) {
   line.offset[kAxial] = axial_shift_deg - line.offset[kAxial];
   line.slope[kAxial] = -line.slope[kAxial];
@@ -51,11 +55,12 @@ inline void drop_axis(AffineLine& line, std::size_t axis) {
   return line;
 }
 
-/// From half way to the node before to half way to the node after.
+/// From half way to the node before to half way to the node after; at an end of the axis from or to the node itself.
 struct ServedRange {
   double begin_deg = 0;
   double end_deg = 0;
 };
+/// Of the node nearest to `node_deg`; `padded` as in Lattice::nodes.
 [[nodiscard]] ServedRange served_range(std::span<const double> padded, double node_deg);
 
 }  // namespace sbrdf

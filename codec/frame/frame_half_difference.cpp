@@ -77,6 +77,7 @@ class HalfDifferenceGeometry final : public FrameGeometry {
     return pair;
   }
 
+  // Reciprocity turns phi_d by 180, which is its period here: it adds no image.
   Images images(const AffineLine& line, const Symmetries& symmetries) const override {
     Images images;
     for (unsigned bits = 0; bits < 4; ++bits) {

@@ -47,7 +47,8 @@ Strides strides(const Lattice& lattice, std::size_t left_out) {
   return strides;
 }
 
-/// Of each polar pair, the numbers of the crossings or slices that it has for its own.
+/// Of each polar pair, the numbers of the crossings or slices that it has for its own: which of them the walk has met
+/// so far, and as the how-manieth.
 class PairNumbers {
  public:
   explicit PairNumbers(const Lattice& lattice)
@@ -283,6 +284,9 @@ Result<Lattice> build_lattice(const FrameSpec& spec) {
   return lattice;
 }
 
+// Bounded: the clamp. Periodic: the sawtooth x - P floor(x / P). Mirrored: the triangle wave of period P = 2 length,
+// which is the sawtooth up to its middle and runs back from there. What rounding leaves just below a whole period is
+// its start, where the node is.
 double fold(const Slice& slice, double position_deg) {
   if (slice.boundary == Boundary::kBounded)
     return std::clamp(position_deg, slice.start_deg, slice.start_deg + slice.length_deg);

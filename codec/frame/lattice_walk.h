@@ -46,8 +46,8 @@ void walk_lattice(const Lattice& lattice, std::size_t left_out, const Visit& vis
 
 /// A line of the padded lattice, through a point whose own place on `axis` is 0.
 struct LatticeLine {
-  std::size_t axis = 0;
-  LatticePoint point{};
+  std::size_t axis = 0;  ///< along which it runs
+  LatticePoint point{};  ///< where it begins
 };
 
 /// The padded lattice point at which each crossing is met first, by number of the crossing.

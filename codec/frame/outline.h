@@ -13,7 +13,7 @@ struct FrameOutline {
   FrameId id = FrameId::kElevation;
   Symmetries symmetries;
   /// In the order of SliceKind, each beginning with 0. Azimuthal lists end at the mirror plane, `outline_end`.
-  /// Elevation frame: theta_i follows theta_v, its list stays empty. Isotropic: the axial list is {0}.
+  /// Elevation frame: theta_i follows theta_v, its list stays empty. Isotropic: the axial list is {0}. Degrees, rising.
   std::array<std::vector<double>, kAxisCount> lists;
 };
 
@@ -21,6 +21,7 @@ struct FrameOutline {
 /// like.
 [[nodiscard]] double outline_end(FrameId id, std::size_t axis);
 
+/// The frame in full. What the lists leave open is not checked here but by check_frame and build_lattice.
 [[nodiscard]] FrameSpec expand_outline(const FrameOutline& outline);
 
 }  // namespace sbrdf

@@ -40,6 +40,7 @@ Gap gap_after(const Lattice& lattice, const Slice& slice, const SliceSamples& sa
   return gap;
 }
 
+// Both lists, crossings of a slice and its own samples, rise along it; they are merged interval by interval.
 std::vector<SliceSamples> gather_slices(const SlicedBrdf& sliced, const Lattice& lattice) {
   const std::size_t channels = sliced.channel_count();
   std::vector<SliceSamples> slices(lattice.slices.size());

@@ -9,11 +9,12 @@
 
 namespace sbrdf {
 
-/// All samples of one slice, crossings included, by rising position.
+/// All samples of one slice, crossings included, by rising position: what a file keeps apart (crossings are shared by
+/// slices) put together for a spline.
 struct SliceSamples {
-  std::vector<double> positions_deg;
-  std::vector<SamplePosition> places;  ///< fraction 0 marks a crossing
-  std::vector<float> values;           ///< f_r, channel fastest
+  std::vector<double> positions_deg;   ///< along the slice, from Slice::start_deg on
+  std::vector<SamplePosition> places;  ///< the same as the file has it; fraction 0 marks a crossing
+  std::vector<float> values;           ///< f_r [1/sr], channel fastest
 
   [[nodiscard]] std::size_t size() const { return positions_deg.size(); }
 };
@@ -22,16 +23,18 @@ struct SliceSamples {
 struct Gap {
   double width_deg = 0;
   SamplePosition middle;  ///< fraction 0 when it cannot be halved any more
-  double middle_deg = 0;
+  double middle_deg = 0;  ///< position of the middle; 0 when there is none
 };
 
+/// Where a place lies on its slice; fraction 0 is the crossing at which the interval begins.
 [[nodiscard]] double position_deg(const Lattice& lattice, const Slice& slice, const SamplePosition& place);
 
 /// Gaps between samples: as many as samples on a periodic slice, one less on others.
 [[nodiscard]] std::size_t gap_count(const Slice& slice, const SliceSamples& samples);
+/// `left` is below gap_count.
 [[nodiscard]] Gap gap_after(const Lattice& lattice, const Slice& slice, const SliceSamples& samples, std::size_t left);
 
-/// The samples of every slice of a sliced BRDF, which must have passed check_sliced.
+/// The samples of every slice of a sliced BRDF, which must have passed check_sliced, by number of the slice.
 [[nodiscard]] std::vector<SliceSamples> gather_slices(const SlicedBrdf& sliced, const Lattice& lattice);
 
 /// The inverse: writes counts, positions and values of the samples that are not crossings.

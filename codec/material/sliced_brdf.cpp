@@ -127,8 +127,17 @@ int depth_of(std::uint32_t fraction) {
   return fraction == 0 ? 0 : kMaxDepth - static_cast<int>(std::countr_zero(fraction));
 }
 
+// An anisotropic highlight has level lines that are ellipses in the plane z = 1, into which the half vector h is
+// projected at tan(theta_h) (cos phi_h, sin phi_h). With b times the width along y as along x (b = ratio > 1) points of
+// one level have the same
+//
+//   tan(angle) = tan(theta_h) sqrt(cos^2 phi_h + sin^2 phi_h / b^2)
+//
+// and for b < 1 the other axis is the wide one: b cos phi_h stands in place of cos phi_h, and sin phi_h is whole.
+// Either way the angle is theta_h at most, so it stays on the guide's axis. Written with atan2, it is good up to 90
+// degrees.
 double guide_angle_deg(double ratio, const Coordinates& x) {
-  if (ratio == 1) return x[kVertical];
+  if (ratio == 1) return x[kVertical];  // the bits of the coordinate itself
   const double phi_h = radians_from_degrees(x[kAxial]);
   const double along_x = std::cos(phi_h) * std::min(1.0, ratio);
   const double along_y = std::sin(phi_h) / std::max(1.0, ratio);

@@ -17,6 +17,12 @@ enum class DomainKind : std::uint8_t { kLinear = 1, kLog = 2 };
 /// is smooth, can be inverted, and has a place for an exact zero, which comes back as zero. Negative values, which
 /// measured data has, are the mirror image: the tangent down to -floor, and a logarithm of -f below. f = reference
 /// gives v = 0, so a constant material comes back to the last bit.
+///
+/// At f = floor the logarithm is L = log(floor / reference) and its slope 1 / floor, so the tangent there is
+///
+///   v = L + (f - floor) / floor = z + f / floor        with        z = L - 1, the value of f = 0
+///
+/// and v - z is odd in f: f / floor for |f| < floor, else 1 + log(|f| / floor) with the sign of f.
 struct ValueDomain {
   DomainKind kind = DomainKind::kLinear;
   std::vector<float> reference;  ///< log only: per channel, positive
@@ -25,7 +31,8 @@ struct ValueDomain {
   bool operator==(const ValueDomain&) const = default;
 };
 
-/// A value domain for one channel and one arithmetic.
+/// A value domain for one channel and one arithmetic. Both ways rise strictly, and `inverse(forward(f))` is f up to
+/// rounding; exactly so for f = 0 and f = reference, and always in the linear domain.
 template <class Real>
 class DomainMap {
  public:
@@ -40,6 +47,7 @@ class DomainMap {
     at_zero_ = static_cast<Real>(at_floor - 1.0L);
   }
 
+  /// v of f_r [1/sr], any finite value.
   [[nodiscard]] Real forward(Real f) const {
     if (!log_) return f;
     if (f >= floor_) {
@@ -50,6 +58,7 @@ class DomainMap {
     return at_zero_ - Real(1) - std::log(-f / floor_);
   }
 
+  /// f_r of v. A sum of slices may ask for more than Real holds: infinite there.
   [[nodiscard]] Real inverse(Real v) const {
     if (!log_) return v;
     if (v > kHalfRange) return reference_ * std::exp(v / 2) * std::exp(v / 2);  // exp(v) alone may be infinite
@@ -65,8 +74,8 @@ class DomainMap {
   bool log_ = false;
   Real reference_ = 1;
   Real floor_ = 1;
-  Real at_floor_ = 0;
-  Real at_zero_ = 0;
+  Real at_floor_ = 0;  ///< L above: v of the floor
+  Real at_zero_ = 0;   ///< z above: v of 0; rounded once from long double, as L is
 };
 
 /// The log domain for values like these (channel fastest): the reference is the median positive value of a channel, the

@@ -69,6 +69,8 @@ ValueMap<Real>::ValueMap(const SlicedBrdf& sliced, const Lattice& lattice) : gui
   if (guided_) guide_ = GuideCurve<Real>(*sliced.guide, lattice.nodes[kVertical], sliced.channel_count());
 }
 
+// Slices hold v(f) - g. Splines and the sum R of Section 7 are linear in what they are given (but for its bounds), so
+// what comes back at a point is R(v - g) + g = R(v) + (g - R(g)): the error that R makes on the peak of g is taken out.
 template <class Real>
 void ValueMap<Real>::forward(const Coordinates& x, std::span<const float> f, std::span<Real> residual) const {
   std::fill(residual.begin(), residual.end(), Real(0));

@@ -11,11 +11,14 @@
 
 namespace sbrdf {
 
-/// A guide made ready for evaluation in one arithmetic.
+/// A guide made ready for evaluation in one arithmetic: a bounded spline over its angle, like that of a slice, between
+/// samples at the places that the guide lists. Immutable.
 template <class Real>
 class GuideCurve {
  public:
+  /// No guide; to be assigned to.
   GuideCurve() = default;
+  /// `theta_h_nodes` are those of the lattice; the guide has passed check_sliced with it.
   GuideCurve(const Guide& guide, std::span<const double> theta_h_nodes, std::size_t channel_count);
 
   /// g at frame coordinates, for `values.size()` channels from `channel` on.
@@ -28,9 +31,9 @@ class GuideCurve {
  private:
   double ratio_ = 1;
   std::size_t channels_ = 0;
-  std::vector<double> positions_;
-  std::vector<Real> values_;
-  std::vector<Real> second_;
+  std::vector<double> positions_;  ///< angles of the samples [degrees], rising
+  std::vector<Real> values_;       ///< g at them, channel fastest
+  std::vector<Real> second_;       ///< second derivatives there, likewise
 };
 
 /// The angle [degrees] of a guide's sample on the theta_h axis.
@@ -61,9 +64,9 @@ class ValueMap {
   void inverse(const Coordinates& x, std::size_t channel, std::span<Real> values) const;
 
  private:
-  std::vector<DomainMap<Real>> maps_;
-  std::vector<Real> least_;  ///< per channel: 0 where no sample is negative, so that no overshoot is either
-  std::vector<Real> most_;   ///< per channel: 16 times the largest sample
+  std::vector<DomainMap<Real>> maps_;  ///< per channel
+  std::vector<Real> least_;            ///< per channel: 0 where no sample is negative, so that no overshoot is either
+  std::vector<Real> most_;             ///< per channel: 16 times the largest sample
   bool guided_ = false;
   GuideCurve<Real> guide_;
 };

@@ -89,7 +89,8 @@ class GuideFit {
     return ok_status();
   }
 
-  // The inverse of guide_angle_deg.
+  // The inverse of guide_angle_deg: the tangents have a ratio that depends on phi_h alone, found where tan(theta_h)
+  // = 1.
   [[nodiscard]] double theta_h_deg(double phi_h_deg, double angle_deg) const {
     const double at_45 = guide_angle_deg(guide_.ratio, {phi_h_deg, 0, 0, 45});
     const double scale = std::tan(radians_from_degrees(at_45));
