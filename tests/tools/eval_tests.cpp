@@ -55,8 +55,8 @@ std::map<std::string, std::vector<ReferenceRow>> read_reference(const std::files
   return files;
 }
 
-TEST(Eval, GivesTheReferenceValuesOfMeasuredFiles) {
-  SBRDF_FIND_TEST_DATA(table, "rgl/reference_values.csv");
+/// Of the files that a table of values names, beside it.
+void expect_reference_values(const std::filesystem::path& table, std::size_t row_count) {
   std::size_t rows = 0;
   for (const auto& [file, references] : read_reference(table)) {
     std::string input = kHeader;
@@ -77,7 +77,16 @@ TEST(Eval, GivesTheReferenceValuesOfMeasuredFiles) {
       }
     }
   }
-  EXPECT_EQ(rows, 900);
+  EXPECT_EQ(rows, row_count);
+}
+
+TEST(Eval, GivesTheReferenceValuesOfTheSmallRglFile) {
+  expect_reference_values(SBRDF_SOURCE_DIR "/tests/vectors/rgl/small_reference.csv", 60);
+}
+
+TEST(Eval, GivesTheReferenceValuesOfMeasuredFiles) {
+  SBRDF_FIND_TEST_DATA(table, "rgl/reference_values.csv");
+  expect_reference_values(table, 900);
 }
 
 TEST(Eval, GivesTheSameTextForWholeTurnsMore) {

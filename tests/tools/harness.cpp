@@ -19,8 +19,6 @@
 #include <thread>
 #include <utility>
 
-#include "converters/files/format_table.h"
-#include "converters/models/kurt.h"
 #include "tests/support/test_data.h"
 
 namespace sbrdf {
@@ -237,14 +235,7 @@ std::vector<std::byte> small_merl() {
 }
 
 std::vector<std::byte> small_sliced() {
-  const auto source = make_kurt_source({"small", {0.2, 0.3, 0.4}, {{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.3, 0}}});
-  Options options;
-  options.set("placement", "40/180").set("samples", "40");
-  MemorySink sink;
-  Report report;
-  const Status saved = save_source(*find_writer(".sbrdf").value(), *source, sink, options, report);
-  if (!saved) throw std::runtime_error(saved.error().message);
-  return std::move(sink).take();
+  return read_bytes(SBRDF_SOURCE_DIR "/tests/vectors/sbrdf/accept/elevation-isotropic-odd-steps.sbrdf");
 }
 
 void expect_failure(const ProgramRun& run, int exit_code, const std::string& subject, const std::string& fragment) {
