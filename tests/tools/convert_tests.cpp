@@ -4,10 +4,8 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <csignal>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tests/support/test_data.h"
@@ -384,9 +382,11 @@ TEST(ConvertInterrupted, WhileReadingLeavesNothing) {
 TEST(ConvertInterrupted, WhileSamplingLeavesNothing) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const ScratchFolder folder;
+    // On a terminal it tells when it has begun.
     RunningSbrdf program(
-        {"convert", "kurt:Brushed alum", folder / "out.sbrdf", "--placement", "6/12", "--samples", "350000"});
-    std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        {"convert", "kurt:Brushed alum", folder / "out.sbrdf", "--placement", "6/12", "--samples", "350000"},
+        Output::kTerminal);
+    EXPECT_THAT(program.read_up_to('%'), HasSubstr("["));
     program.signal(signal);
     EXPECT_EQ(program.wait(), 128 + signal);
     EXPECT_THAT(folder.entries(), IsEmpty());
