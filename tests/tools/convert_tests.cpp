@@ -382,14 +382,18 @@ TEST(ConvertInterrupted, WhileReadingLeavesNothing) {
 TEST(ConvertInterrupted, WhileSamplingLeavesNothing) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const ScratchFolder folder;
-    // On a terminal it tells when it has begun.
-    RunningSbrdf program(
-        {"convert", "kurt:Brushed alum", folder / "out.sbrdf", "--placement", "6/12", "--samples", "350000"},
-        Output::kTerminal);
-    EXPECT_THAT(program.read_up_to('%'), HasSubstr("["));
+    const std::string in = folder / "in.json";
+    ASSERT_EQ(mkfifo(in.c_str(), 0600), 0);
+    RunningSbrdf program({"convert", "kurt:" + in, folder / "out.sbrdf", "--placement", "6/12", "--samples", "350000"});
+    // It has begun when it reads.
+    const int writer = open_once_read(in);
+    const std::string model = R"({"name": "shiny", "k_d": [0.1, 0.1, 0.1],
+        "lobes": [{"k_s": [0.1, 0.1, 0.1], "f_0": 1, "m_x": 0.1, "m_y": 0.05, "alpha": 0.5}]})";
+    ASSERT_EQ(write(writer, model.data(), model.size()), static_cast<ssize_t>(model.size()));
+    close(writer);
     program.signal(signal);
     EXPECT_EQ(program.wait(), 128 + signal);
-    EXPECT_THAT(folder.entries(), IsEmpty());
+    EXPECT_THAT(folder.entries(), ElementsAre("in.json"));
   }
 }
 
