@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <exception>
 #include <new>
 #include <string>
@@ -19,7 +18,7 @@ std::string usage_message(const CLI::App& program, const CLI::ParseError& error,
   return (misspelt ? "there is no command '" + std::string(argv[1]) + "'" : error.what()) + "; see 'sbrdf --help'";
 }
 
-int run(int argc, char** argv) {
+int run_command(int argc, char** argv) {
   CLI::App program("Sliced representation of measured BRDFs: converts, evaluates and compares.", "sbrdf");
   program.set_version_flag("--version", "sbrdf " SBRDF_VERSION);
   program.require_subcommand(1);
@@ -49,21 +48,23 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     exit_code = sbrdf::report_error("", sbrdf::usage_error(usage_message(program, error, argc, argv)));
   }
-  return sbrdf::finish_output(exit_code);
+  return exit_code;
+}
+
+int run(int argc, char** argv) {
+  try {
+    return run_command(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return sbrdf::report_no_memory();
+  } catch (const std::exception& error) {
+    return sbrdf::report_error("", sbrdf::io_error(error.what()));
+  }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  using sbrdf::ErrorCode;
-  try {
-    sbrdf::catch_interrupts();
-    return run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    // Nothing that might need memory.
-    std::fputs("sbrdf: not enough memory\n", stderr);
-    return static_cast<int>(ErrorCode::kIo);
-  } catch (const std::exception& error) {
-    return sbrdf::report_error("", sbrdf::io_error(error.what()));
-  }
+  sbrdf::keep_standard_descriptors();
+  sbrdf::catch_interrupts();
+  return sbrdf::finish_output(run(argc, argv));
 }

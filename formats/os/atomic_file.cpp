@@ -123,6 +123,7 @@ Status AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes)
     if (interrupted()) return interrupted_error();
     const ssize_t put =
         ::pwrite(file_.number(), bytes.data(), std::min(kPiece, bytes.size()), static_cast<off_t>(offset));
+    if (put < 0 && errno == EINTR) continue;
     if (put < 0) return system_error("cannot be written");
     offset += static_cast<std::uint64_t>(put);
     bytes = bytes.subspan(static_cast<std::size_t>(put));

@@ -12,6 +12,8 @@
 namespace sbrdf {
 namespace {
 
+constexpr std::array<int, 3> kCaught = {SIGINT, SIGTERM, SIGHUP};
+
 std::atomic<int> first_signal = 0;
 std::atomic<const char*> doomed_path = nullptr;
 // Holds a byte once a signal came: what waits for input waits for this as well, so that no signal falls between a look
@@ -32,11 +34,20 @@ extern "C" void handle_signal(int signal) {
   _exit(128 + signal);
 }
 
+bool wait_until_ready(int descriptor, short events) {
+  // poll passes over the pipe where there was none to be had: its number is then negative.
+  std::array<pollfd, 2> waiting = {pollfd{descriptor, events, 0}, pollfd{wake_pipe[0], POLLIN, 0}};
+  while (!interrupted()) {
+    if (poll(waiting.data(), waiting.size(), -1) > 0 && waiting[0].revents != 0) break;
+  }
+  return !interrupted();
+}
+
 }  // namespace
 
 void catch_interrupts() {
   if (pipe2(wake_pipe.data(), O_CLOEXEC | O_NONBLOCK) != 0) wake_pipe = {-1, -1};
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int signal : kCaught) {
     struct sigaction before {};
     sigaction(signal, nullptr, &before);
     if (before.sa_handler == SIG_IGN) continue;
@@ -50,14 +61,16 @@ void catch_interrupts() {
   sigaction(SIGXFSZ, &ignore, nullptr);
 }
 
-bool wait_for_input(int descriptor) {
-  // poll passes over the pipe where there was none to be had: its number is then negative.
-  std::array<pollfd, 2> waiting = {pollfd{descriptor, POLLIN, 0}, pollfd{wake_pipe[0], POLLIN, 0}};
-  while (!interrupted()) {
-    if (poll(waiting.data(), waiting.size(), -1) > 0 && waiting[0].revents != 0) break;
+void stop_catching_interrupts() {
+  for (const int signal : kCaught) {
+    struct sigaction now {};
+    sigaction(signal, nullptr, &now);
+    if (now.sa_handler == handle_signal) std::signal(signal, SIG_DFL);
   }
-  return !interrupted();
 }
+
+bool wait_for_input(int descriptor) { return wait_until_ready(descriptor, POLLIN); }
+bool wait_for_output(int descriptor) { return wait_until_ready(descriptor, POLLOUT); }
 
 bool interrupted() { return first_signal.load() != 0; }
 

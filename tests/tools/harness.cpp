@@ -50,6 +50,7 @@ void make_sanitizers_stand_out() {
   dup2(streams.in, STDIN_FILENO);
   dup2(streams.out, STDOUT_FILENO);
   dup2(streams.err, STDERR_FILENO);
+  for (const int number : options.closed) ::close(number);
   make_sanitizers_stand_out();
   // A shell may have started the tests with these ignored.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
@@ -104,6 +105,15 @@ int wait_for(pid_t pid) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+/// False where the process had ended before.
+bool send(pid_t pid, const SentSignal& signal) {
+  std::this_thread::sleep_for(signal.after);
+  siginfo_t end = {};
+  // Looks without taking the end away from wait_for.
+  if (waitid(P_PID, static_cast<id_t>(pid), &end, WEXITED | WNOHANG | WNOWAIT) == 0 && end.si_pid == pid) return false;
+  return ::kill(pid, signal.number) == 0;
+}
+
 }  // namespace
 
 ScratchFolder::ScratchFolder() {
@@ -154,7 +164,9 @@ ProgramRun run_command(const std::vector<std::string>& command, const RunOptions
       open_or_throw(folder / "err", O_RDWR | O_CREAT),
   };
   ProgramRun run;
-  run.exit_code = wait_for(start(command, options, streams));
+  const pid_t pid = start(command, options, streams);
+  if (options.signal) run.ended_before_signal = !send(pid, *options.signal);
+  run.exit_code = wait_for(pid);
   for (const int number : {streams.in, streams.out, streams.err}) ::close(number);
   if (!options.output_to_full_device) run.out = read_text(folder / "out");
   run.err = read_text(folder / "err");

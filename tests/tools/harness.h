@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -35,17 +36,25 @@ std::vector<std::byte> bytes_of(std::string_view text);
 std::string read_text(const std::filesystem::path& path);
 void write_bytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
+struct SentSignal {
+  int number = 0;
+  std::chrono::microseconds after = {};  ///< from the start of the process
+};
+
 struct RunOptions {
   std::string input = {};                          ///< standard input
   std::optional<std::uint64_t> largest_file = {};  ///< RLIMIT_FSIZE [bytes]
   bool without_privileges = false;                 ///< where the test is root, the program runs as nobody
   bool output_to_full_device = false;              ///< standard output is a device that takes nothing
+  std::vector<int> closed = {};                    ///< of the descriptors 0, 1 and 2
+  std::optional<SentSignal> signal = {};
 };
 
 struct ProgramRun {
   int exit_code = 0;  ///< 128 + signal where a signal ended it
   std::string out;
   std::string err;
+  bool ended_before_signal = false;
 
   [[nodiscard]] nlohmann::ordered_json json() const { return nlohmann::ordered_json::parse(out); }
 };

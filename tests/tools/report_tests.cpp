@@ -1,10 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <csignal>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tests/tools/harness.h"
@@ -169,14 +167,6 @@ TEST(Compare, RefusesWrongUsage) {
     EXPECT_EQ(run.exit_code, 1) << testing::PrintToString(options) << run.err;
     EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   }
-}
-
-TEST(Compare, StopsWhenInterrupted) {
-  RunningSbrdf program({"compare", "kurt:fabric112", "kurt:fabric135"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  program.signal(SIGINT);
-  EXPECT_EQ(program.read_line(), "sbrdf: interrupted");
-  EXPECT_EQ(program.wait(), 130);
 }
 
 TEST(Compare, ShowsProgressOnATerminalAndWipesItOff) {

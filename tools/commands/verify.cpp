@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "converters/source/progress.h"
 #include "formats/os/files.h"
+#include "formats/os/interrupt.h"
 #include "formats/sbrdf/bundle.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
@@ -73,6 +75,7 @@ int run_verify(const VerifyOptions& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   Table table;
   for (const std::string& file : options.files) {
+    if (interrupted()) return report_error("", interrupted_error());
     const Result<Verdict> verdict = verify(file);
     if (!verdict) {
       json.push_back({{"file", file}, {"ok", false}, {"error", verdict.error().message}});

@@ -2,34 +2,13 @@
 
 #include <chrono>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "formats/core/result.h"
+#include "tools/console/output.h"      // IWYU pragma: export
+#include "tools/console/plain_text.h"  // IWYU pragma: export
 
 namespace sbrdf {
-
-/// Appends to standard output. Failures are remembered for finish_output.
-void print(std::string_view text);
-
-/// Hands what was printed to the reader. False once output was lost.
-[[nodiscard]] bool flush_output();
-
-/// Prints an object or array and a line feed. Bytes that are not UTF-8 are replaced, NaN and infinity become null.
-void print_json(const nlohmann::ordered_json& json);
-
-/// Empties the buffer of standard output. `exit_code`, or that of kIo with a line on standard error where some output
-/// was lost and the program had not failed already.
-[[nodiscard]] int finish_output(int exit_code);
-
-/// The line "sbrdf: SUBJECT: MESSAGE (at byte N)" on standard error; `subject` is the file, and may be empty. Returns
-/// the exit code: that of the error, or of the signal after an interrupt.
-[[nodiscard]] int report_error(std::string_view subject, const Error& error);
-
-/// Control characters, which names and messages from files may hold, replaced by '?'.
-[[nodiscard]] std::string one_line(std::string_view text);
 
 /// Four significant digits; "-" for NaN, "infinite".
 [[nodiscard]] std::string format_number(double value);
@@ -38,7 +17,8 @@ void print_json(const nlohmann::ordered_json& json);
 /// "a, b, c".
 [[nodiscard]] std::string join(const std::vector<std::string>& words);
 
-/// Rows of cells in columns as wide as they need to be. Cells pass through one_line.
+/// Rows of cells in columns as wide as they need to be. Cells pass through one_line, which cuts all but the last of a
+/// row much sooner.
 class Table {
  public:
   void add(std::vector<std::string> cells);

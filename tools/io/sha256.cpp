@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/os/files.h"
+#include "formats/os/interrupt.h"
 
 namespace sbrdf {
 namespace {
@@ -26,6 +27,7 @@ std::string sha256_of(const std::filesystem::path& path) {
   std::vector<std::byte> piece;
   for (std::uint64_t offset = 0; offset < (*file)->size(); offset += piece.size()) {
     piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, (*file)->size() - offset)));
+    if (interrupted()) return {};
     if (!(*file)->read(offset, piece) || EVP_DigestUpdate(context.get(), piece.data(), piece.size()) != 1) return {};
   }
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
