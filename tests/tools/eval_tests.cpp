@@ -103,10 +103,10 @@ TEST(Eval, GivesTheSameTextForWholeTurnsMore) {
 }
 
 TEST(Eval, KeepsRowsAsTheyWereAndFurtherColumns) {
-  const std::string input = "theta_i, phi_i ,\"theta_v\",phi_v,note,R\r\n 30.0 ,0e0,+45,\"180\",\"a, b\",\r\n";
+  const std::string input = "theta_i, phi_i ,\"theta_v\",phi_v,note,more\r\n 30.0 ,0e0,+45,\"180\",\"a, b\",\r\n";
   const auto lines = lines_of(run_sbrdf({"eval", kModel}, {.input = input}).out);
   ASSERT_EQ(lines.size(), 2);
-  EXPECT_EQ(lines[0], "theta_i, phi_i ,\"theta_v\",phi_v,note,R,R,G,B");
+  EXPECT_EQ(lines[0], "theta_i, phi_i ,\"theta_v\",phi_v,note,more,R,G,B");
   EXPECT_TRUE(lines[1].starts_with(" 30.0 ,0e0,+45,\"180\",\"a, b\",,")) << lines[1];
 }
 
@@ -142,8 +142,60 @@ TEST(Eval, PrintsAnArrayOfObjects) {
   EXPECT_EQ(json[0]["theta_v"], 45);
   EXPECT_EQ(json[0]["note"], "a");
   EXPECT_GT(json[1]["B"], 0);
-  expect_failure(run_sbrdf({"eval", kModel, "--json"}, {.input = "theta_i,phi_i,theta_v,phi_v,R\n"}), 3,
-                 "standard input: line 1", "R");
+}
+
+TEST(Eval, GivesZeroBelowTheHorizonInEveryFormat) {
+  const ScratchFolder folder;
+  write_bytes(folder / "a.binary", small_merl());
+  write_bytes(folder / "a.sbrdf", small_sliced());
+  const std::string rows = kHeader + "90.001,0,45,180\n30,0,90.001,180\n100,0,170,5\n180,0,180,0\n";
+  for (const std::string& file : {kModel, folder / "a.binary", folder / "a.sbrdf"}) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--cosine"}}) {
+      std::vector<std::string> command = {"eval", file};
+      command.insert(command.end(), more.begin(), more.end());
+      const ProgramRun run = run_sbrdf(command, {.input = rows});
+      ASSERT_EQ(run.exit_code, 0) << run.err;
+      const auto lines = lines_of(run.out);
+      ASSERT_EQ(lines.size(), 5);
+      for (std::size_t k = 1; k < lines.size(); ++k) EXPECT_EQ(after_commas(lines[k], 4), "0,0,0") << lines[k];
+    }
+  }
+  EXPECT_THAT(run_sbrdf({"eval", "--help"}).out, HasSubstr("0 where a theta is above 90 degrees"));
+}
+
+TEST(Eval, TakesWhatItPrints) {
+  const std::string input =
+      "theta_i,phi_i,theta_v,phi_v,\"a \"\"quoted\"\", name\"\r\n30,0,45,180,x\n 30 ,0,45,\"7\",\"y, "
+      "z\"\n91,0,45,180,\n";
+  for (const std::string& file : {kModel, std::string("kurt:wood01")}) {
+    const ProgramRun once = run_sbrdf({"eval", file}, {.input = input});
+    ASSERT_EQ(once.exit_code, 0) << once.err;
+    const ProgramRun twice = run_sbrdf({"eval", file}, {.input = once.out});
+    EXPECT_EQ(twice.err, "");
+    EXPECT_EQ(twice.out, once.out);
+    EXPECT_EQ(run_sbrdf({"eval", file, "--json"}, {.input = once.out}).out,
+              run_sbrdf({"eval", file, "--json"}, {.input = input}).out);
+  }
+  EXPECT_EQ(run_sbrdf({"eval", kModel}, {.input = run_sbrdf({"eval", "kurt:wood01"}, {.input = input}).out}).out,
+            run_sbrdf({"eval", kModel}, {.input = input}).out);
+}
+
+TEST(EvalInput, WithARepeatedNameIsRefusedBeforeAnythingIsWritten) {
+  const auto with = [](const std::string& names) {
+    return kHeader.substr(0, kHeader.size() - 1) + names + "\n1,2,3,4\n";
+  };
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {",note,note", "note"},      {",R", "R"},       {",G,x", "G"},
+      {",R,G,B,x", "B"},           {",R,R,G,B", "R"}, {",theta_i", "theta_i"},
+      {",\"a,b\",\"a,b\"", "a,b"}, {",B,G,R", "B"}};
+  for (const auto& [names, name] : wrong) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"eval", kModel}, {"eval", kModel, "--json"}}) {
+      const ProgramRun run = run_sbrdf(command, {.input = with(names)});
+      expect_failure(run, 3, "standard input: line 1", "two columns with the name '" + name + "'");
+      EXPECT_EQ(run.out, "");
+    }
+  }
 }
 
 TEST(Eval, AnswersALineBeforeTheNextOneComes) {
@@ -198,8 +250,9 @@ TEST(EvalInput, IsRefusedByLine) {
   refused(kHeader + "nan,2,3,4\n", "line 2", "theta_i");
   refused(kHeader + "1,inf,3,4\n", "line 2", "phi_i");
   refused(kHeader + "1,1e999,3,4\n", "line 2", "phi_i");
-  refused(kHeader + "-0.001,2,3,4\n", "line 2", "0 to 90");
-  refused(kHeader + "1,2,90.001,4\n", "line 2", "theta_v");
+  refused(kHeader + "-0.001,2,3,4\n", "line 2", "0 to 180");
+  refused(kHeader + "1,2,180.001,4\n", "line 2", "theta_v");
+  refused(kHeader + "1,2,-91,4\n", "line 2", "theta_v");
   refused(kHeader + std::string(2 << 20, '1'), "line 2", "longer");
   const ProgramRun run = refused(kHeader + "1,2,3,4\n5,6,7,8\nx\n", "line 4", "");
   EXPECT_EQ(lines_of(run.out).size(), 3) << "rows before the bad one are answered";

@@ -27,12 +27,15 @@ struct EvalOptions {
   bool json = false;
 };
 
+constexpr std::size_t kMostInName = 60;  // characters of a channel's
 const char* const kInputName = "standard input";
 
 /// From standard input to standard output, a block of lines at a time.
 class Evaluation {
  public:
-  Evaluation(const BrdfSource& source, const EvalOptions& options) : source_(source), options_(options) {}
+  Evaluation(const BrdfSource& source, const EvalOptions& options) : source_(source), options_(options) {
+    for (const std::string& name : source.traits().channels) channels_.push_back(one_line(name, kMostInName));
+  }
 
   Status run() {
     while (true) {
@@ -70,7 +73,7 @@ class Evaluation {
         continue;
       }
       if (blank_line_) return at_line(invalid_file("empty, but rows follow"), *blank_line_);
-      Result<DirectionRow> row = parse_direction_row(line, header_->names.size());
+      Result<DirectionRow> row = parse_direction_row(line, column_count_);
       if (!row) return at_line(row.error(), line_number_);
       rows_.push_back(*std::move(row));
     }
@@ -80,19 +83,36 @@ class Evaluation {
   Status begin(std::string_view line) {
     Result<DirectionHeader> header = parse_direction_header(line);
     if (!header) return header.error();
-    const std::vector<std::string>& channels = source_.traits().channels;
-    if (options_.json) {
-      for (const std::string& name : header->names) {
-        if (std::find(channels.begin(), channels.end(), name) == channels.end()) continue;
-        return invalid_file("the column " + name + " has the name of a channel");
-      }
-    } else {
-      std::string text = header->text;
-      for (const std::string& channel : channels) text += "," + csv_field(channel);
-      print(text + "\n");
-    }
+    std::vector<std::string>& names = header->names;
+    // What an earlier run appended is worked out anew: the output can be the input.
+    const bool again =
+        names.size() >= 4 + channels_.size() && std::equal(channels_.rbegin(), channels_.rend(), names.rbegin());
+    column_count_ = names.size();
+    names.resize(names.size() - (again ? channels_.size() : 0));
+    kept_count_ = names.size();
+    names.insert(names.end(), channels_.begin(), channels_.end());
+    if (Status unique = check_unique(names); !unique) return unique.error();
+    if (!options_.json) print(output_header(header->text));
     header_ = *std::move(header);
     return ok_status();
+  }
+
+  static Status check_unique(std::vector<std::string> names) {
+    std::sort(names.begin(), names.end());
+    const auto twice = std::adjacent_find(names.begin(), names.end());
+    if (twice == names.end()) return ok_status();
+    return invalid_file("there would be two columns with the name '" + one_line(*twice, 60) + "'");
+  }
+
+  /// Of a line, the columns of the input that are kept.
+  [[nodiscard]] std::string_view kept(std::string_view line) const {
+    return kept_count_ == column_count_ ? line : line.substr(0, size_of_fields(line, kept_count_));
+  }
+
+  [[nodiscard]] std::string output_header(std::string_view input) const {
+    std::string line(kept(input));
+    for (const std::string& channel : channels_) line += "," + csv_field(channel);
+    return line + "\n";
   }
 
   void write_rows() {
@@ -104,7 +124,7 @@ class Evaluation {
       if (options_.json) {
         append_json(rows_[k], of_row, text);
       } else {
-        text += rows_[k].text;
+        text += kept(rows_[k].text);
         for (const double value : of_row) fmt::format_to(std::back_inserter(text), ",{:.9g}", value);
         text += '\n';
       }
@@ -115,22 +135,26 @@ class Evaluation {
   [[nodiscard]] std::vector<double> evaluate() const {
     const std::size_t channels = source_.channel_count();
     std::vector<DirectionPair> pairs;
-    for (const DirectionRow& row : rows_) pairs.push_back(row.pair);
+    for (const DirectionRow& row : rows_) pairs.push_back(row.below_horizon ? DirectionPair() : row.pair);
     std::vector<float> f_r(pairs.size() * channels);
     evaluate_in_parallel(source_, pairs, f_r);
     std::vector<double> values(f_r.begin(), f_r.end());
-    if (!options_.cosine) return values;
     for (std::size_t k = 0; k < values.size(); ++k) {
-      // The sine of what is left to 90 degrees: exactly 0 there, and accurate close to it.
-      values[k] *= std::sin(radians_from_degrees(90 - rows_[k / channels].theta_v_deg));
+      const DirectionRow& row = rows_[k / channels];
+      if (row.below_horizon) {
+        values[k] = 0;
+      } else if (options_.cosine) {
+        // The sine of what is left to 90 degrees: exactly 0 there, and accurate close to it.
+        values[k] *= std::sin(radians_from_degrees(90 - row.theta_v_deg));
+      }
     }
     return values;
   }
 
   void append_json(const DirectionRow& row, std::span<const double> values, std::string& text) {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
-    const std::vector<std::string_view> fields = split_fields(row.text);
-    for (std::size_t k = 0; k < fields.size(); ++k) {
+    const std::vector<std::string> fields = split_fields(row.text);
+    for (std::size_t k = 0; k < kept_count_; ++k) {
       const std::optional<double> number = parse_number(fields[k]);
       if (number) {
         object[header_->names[k]] = *number;
@@ -138,15 +162,18 @@ class Evaluation {
         object[header_->names[k]] = fields[k];
       }
     }
-    for (std::size_t c = 0; c < values.size(); ++c) object[source_.traits().channels[c]] = values[c];
+    for (std::size_t c = 0; c < values.size(); ++c) object[channels_[c]] = values[c];
     text += std::exchange(row_written_, true) ? ",\n " : "[\n ";
-    text += object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    text += escape_controls(object.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   }
 
   const BrdfSource& source_;
   const EvalOptions& options_;
+  std::vector<std::string> channels_;  ///< names as they are printed
   LineReader reader_;
-  std::optional<DirectionHeader> header_;
+  std::optional<DirectionHeader> header_;  ///< its names are those of the output
+  std::size_t column_count_ = 0;           ///< of the input
+  std::size_t kept_count_ = 0;             ///< of them
   std::uint64_t line_number_ = 0;
   std::optional<std::uint64_t> blank_line_;
   std::vector<DirectionRow> rows_;
@@ -173,7 +200,9 @@ void add_eval(CLI::App& program, int& exit_code) {
       "and\n"
       "from the tangent: i towards the light, v towards the viewer. Standard output has the same rows with one column "
       "per\n"
-      "channel appended, f_r in 1/sr. Further columns of the input are kept.\n\n"
+      "channel appended, f_r in 1/sr; 0 where a theta is above 90 degrees, below the surface. Further columns of\n"
+      "the input are kept; those that an earlier 'eval' appended are worked out anew. No two columns may\nhave one "
+      "name.\n\n"
       "Example:\n"
       "  printf 'theta_i,phi_i,theta_v,phi_v\\n30,0,45,180\\n' | sbrdf eval material.sbrdf");
   command->callback([options, &exit_code] { exit_code = run_eval(*options); });
