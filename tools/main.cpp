@@ -7,6 +7,7 @@
 #include "formats/os/interrupt.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
+#include "tools/console/threads.h"
 
 namespace {
 
@@ -53,7 +54,9 @@ int run_command(int argc, char** argv) {
 
 int run(int argc, char** argv) {
   try {
-    return run_command(argc, argv);
+    int exit_code = 0;
+    sbrdf::run_with_possible_threads([&] { exit_code = run_command(argc, argv); });
+    return exit_code;
   } catch (const std::bad_alloc&) {
     return sbrdf::report_no_memory();
   } catch (const std::exception& error) {

@@ -1,5 +1,8 @@
 #include "converters/files/by_name.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <string_view>
 #include <utility>
 
@@ -58,6 +61,32 @@ Result<OpenedSource> open_kurt(const std::string& path) {
 Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text) {
   const auto separator = exists(text) ? std::nullopt : find_separator(text);
   return separator ? open_material(text.substr(0, *separator), text.substr(*separator + 1)) : open_file(text);
+}
+
+Result<std::shared_ptr<const ByteSource>> open_sliced_bytes(const std::string& text, std::string_view what) {
+  if (is_named(text)) return unsupported(fmt::format("is a model; {} are those of sliced files", what));
+  Result<Bytes> bytes = open_named_bytes(text);
+  if (!bytes) return bytes;
+  const Result<const Format*> format = recognise(**bytes);
+  if (!format) return format.error();
+  if ((*format)->capabilities.has(Capability::kManyMaterials)) return (*format)->material(*bytes, "");
+  if ((*format)->capabilities.has(Capability::kBundled)) return bytes;
+  return unsupported(fmt::format("is of another kind, {}; {} are those of sliced files, see 'sbrdf convert --help'",
+                                 (*format)->description, what));
+}
+
+std::optional<std::string> file_of(const std::string& text) {
+  if (const auto path = file_in_name(text)) return std::string(*path);
+  if (is_named(text)) return std::nullopt;
+  const auto separator = exists(text) ? std::nullopt : find_separator(text);
+  return text.substr(0, separator.value_or(text.size()));
+}
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = extension_of(path);
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return extension;
 }
 
 Result<OpenedSource> open_source(const std::string& text, const Options& options) {

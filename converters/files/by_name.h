@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
@@ -21,6 +22,18 @@ struct OpenedSource {
 /// The bytes of what `text` names: the path of a file, or "FILE:MATERIAL" for one material of a file that holds many,
 /// such as a bundle. A path that exists comes first.
 [[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text);
+
+/// The same for commands that work on sliced files as they are stored. kUnsupported for what is another kind of BRDF,
+/// saying that `what`, such as "levels", are those of sliced files; kUsage, listing names, for a bundle without a name.
+[[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_sliced_bytes(const std::string& text,
+                                                                          std::string_view what);
+
+/// The path of the file that is read for `text`, which may name a material in it or its kind, too; nothing for a
+/// built-in model. It need not be there.
+[[nodiscard]] std::optional<std::string> file_of(const std::string& text);
+
+/// Of a path, with its dot and in lower case.
+[[nodiscard]] std::string lower_extension(const std::string& path);
 
 /// `text` is "kurt:NAME", "kurt:FILE.json", or as for open_named_bytes; the format of a file is told by its content.
 /// "./kurt:x" is a path. Of `options`, those are used that the format has for reading.

@@ -52,17 +52,22 @@ bool has_use(const OptionSpec& option, OptionUse use) {
 
 Result<double> number_within(std::string_view text, const Range& range) {
   const std::optional<double> number = parse_number(text);
-  if (!number) return usage_error(fmt::format("'{}' is not a number", text));
+  if (!number && is_out_of_range<double>(text)) {
+    return usage_error(fmt::format("{} is too large for a number, or too close to 0", text));
+  }
+  if (!number) return usage_error(fmt::format("'{}' is not a decimal number", text));
   const bool enough = range.open ? *number > range.least : *number >= range.least;
-  if (enough && *number <= range.most) return *number;
+  if (enough && *number <= range.most) return *number + 0.0;  // -0 becomes 0
   return usage_error(fmt::format("{} is out of range; it must be {}", text, describe(range)));
 }
 
 Result<std::uint64_t> count_within(std::string_view text, const CountRange& range) {
   const std::optional<std::uint64_t> count = parse_count(text);
-  if (!count) return usage_error(fmt::format("'{}' is not a whole number of 0 or more", text));
-  if (*count >= range.least && *count <= range.most) return *count;
-  return usage_error(fmt::format("must be {} to {}", range.least, range.most));
+  if (!count && !is_out_of_range<std::uint64_t>(text)) {
+    return usage_error(fmt::format("'{}' is not a whole number of 0 or more in decimal digits", text));
+  }
+  if (count && *count >= range.least && *count <= range.most) return *count;
+  return usage_error(fmt::format("{} is out of range; it must be {} to {}", text, range.least, range.most));
 }
 
 Status check_value(const OptionSpec& option, std::string_view text) {

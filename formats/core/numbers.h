@@ -18,6 +18,14 @@ template <class T>
   return value;
 }
 
+/// The whole text is a number, in form, but too large for its type or too close to 0.
+template <class T>
+[[nodiscard]] bool is_out_of_range(std::string_view text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc::result_out_of_range && end == text.data() + text.size();
+}
+
 /// The whole text as a finite decimal number, such as "-1.5e3" or "+2"; nothing otherwise. No "nan" or "inf".
 [[nodiscard]] inline std::optional<double> parse_number(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);

@@ -8,6 +8,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #endif
 
 // The only place that knows how work is spread over threads: oneTBB, or nothing at all where the library was built
@@ -34,6 +35,18 @@ void parallel_blocks(std::size_t count, std::size_t block, const Task& task) {
                     [&](const auto& range) { task(range.begin(), range.size()); });
 #else
   for (std::size_t first = 0; first < count; first += block) task(first, std::min(block, count - first));
+#endif
+}
+
+/// Calls `work()`, in which at most `count` threads take part, the caller's included: for a machine that has room for
+/// no more. With 1, no thread is ever asked for.
+template <class Work>
+void with_threads(std::size_t count, const Work& work) {
+#if SBRDF_WITH_TBB
+  tbb::task_arena(static_cast<int>(count)).execute(work);
+#else
+  static_cast<void>(count);
+  work();
 #endif
 }
 

@@ -60,6 +60,15 @@ Error too_large(std::uint64_t size) {
                   std::to_string(largest_file()));
 }
 
+/// The reason that errno gives, told of the file that is missing where a link leads nowhere.
+Error cannot_be_opened(const std::filesystem::path& path) {
+  const bool missing = errno == ENOENT;
+  const Error error = system_error("cannot be opened");
+  std::error_code none;
+  const std::filesystem::path target = std::filesystem::read_symlink(path, none);
+  return none || !missing ? error : io_error("is a link to " + target.string() + ", which is not there");
+}
+
 /// Reads to the end, or to `bytes.size()` where the size is known.
 Status read_all(int descriptor, std::vector<std::byte>& bytes, bool size_known) {
   std::size_t filled = 0;
@@ -82,12 +91,12 @@ Status read_all(int descriptor, std::vector<std::byte>& bytes, bool size_known) 
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   struct stat status {};
   // Asked before opening: opening a device can already do something.
-  if (::stat(path.c_str(), &status) != 0) return system_error("cannot be opened");
+  if (::stat(path.c_str(), &status) != 0) return cannot_be_opened(path);
   if (S_ISDIR(status.st_mode)) return io_error("is a directory");
   if (!S_ISREG(status.st_mode) && !S_ISFIFO(status.st_mode)) return io_error("is neither a file nor a pipe");
   // A pipe without a writer would hold up open() where no signal ends it.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.number() < 0) return system_error("cannot be opened");
+  if (file.number() < 0) return cannot_be_opened(path);
   std::vector<std::byte> bytes;
   if (S_ISREG(status.st_mode)) {
     const auto size = static_cast<std::uint64_t>(status.st_size);
@@ -101,7 +110,7 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
 Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) {
   // A named pipe without a writer must not hold up the opening.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.number() < 0) return system_error("cannot be opened");
+  if (file.number() < 0) return cannot_be_opened(path);
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return system_error("cannot be read");
   if (!S_ISREG(status.st_mode)) return io_error("is not an ordinary file");

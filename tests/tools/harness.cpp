@@ -58,6 +58,10 @@ void make_sanitizers_stand_out() {
     const rlimit limit = {*options.largest_file, *options.largest_file};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
+  if (options.most_processes) {
+    const rlimit limit = {*options.most_processes, *options.most_processes};
+    setrlimit(RLIMIT_NPROC, &limit);
+  }
   if (options.without_privileges && geteuid() == 0 &&
       (setgroups(0, nullptr) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0)) {
     _exit(98);

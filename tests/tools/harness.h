@@ -42,11 +42,12 @@ struct SentSignal {
 };
 
 struct RunOptions {
-  std::string input = {};                          ///< standard input
-  std::optional<std::uint64_t> largest_file = {};  ///< RLIMIT_FSIZE [bytes]
-  bool without_privileges = false;                 ///< where the test is root, the program runs as nobody
-  bool output_to_full_device = false;              ///< standard output is a device that takes nothing
-  std::vector<int> closed = {};                    ///< of the descriptors 0, 1 and 2
+  std::string input = {};                            ///< standard input
+  std::optional<std::uint64_t> largest_file = {};    ///< RLIMIT_FSIZE [bytes]
+  bool without_privileges = false;                   ///< where the test is root, the program runs as nobody
+  bool output_to_full_device = false;                ///< standard output is a device that takes nothing
+  std::optional<std::uint64_t> most_processes = {};  ///< RLIMIT_NPROC, threads included
+  std::vector<int> closed = {};                      ///< of the descriptors 0, 1 and 2
   std::optional<SentSignal> signal = {};
 };
 

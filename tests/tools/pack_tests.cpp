@@ -1,8 +1,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/test_data.h"
@@ -130,21 +133,62 @@ TEST_F(Pack, ADamagedMaterialIsTold) {
   EXPECT_EQ(run_sbrdf({"info", bundle_ + ":fabric"}).exit_code, 0);
 }
 
-TEST_F(Pack, NamesABadFileAndWritesNothing) {
+TEST_F(Pack, NamesEveryBadFileAndWritesNothing) {
   auto bytes = read_bytes(file("velvet"));
   bytes.back() ^= std::byte{1};
   write_bytes(file("velvet"), bytes);
   expect_failure(pack(), 3, file("velvet"), "[SB-1-7]");
-  write_bytes(file("velvet"), bytes_of("text"));
-  expect_failure(pack(), 3, file("velvet"), "[SB-1-1]");
-  std::filesystem::remove(file("velvet"));
-  std::filesystem::create_directory(file("velvet"));
-  expect_failure(pack(), 2, file("velvet"), "not an ordinary file");
-  std::filesystem::remove(file("velvet"));
-  const std::string unreadable = folder_ + "/\xff.sbrdf";
-  std::filesystem::copy(file("wood"), unreadable);
-  expect_failure(pack(), 1, folder_ + "/?.sbrdf", "UTF-8");
+  write_bytes(file("another"), bytes_of("text"));
+  write_bytes(file("table"), small_merl());
+  write_bytes(file("zipped"), bytes_of("\x1F\x8B\x08 and so on"));
+  std::filesystem::create_directory(file("folder"));
+  std::filesystem::create_symlink("nowhere", file("link"));
+  ASSERT_EQ(mkfifo(file("pipe").c_str(), 0600), 0);
+  std::filesystem::copy(file("wood"), folder_ + "/\xff.sbrdf");
+  std::filesystem::copy(file("wood"), folder_ + "/wood.SBRDF");
+  const ProgramRun run = pack();
+  EXPECT_EQ(run.exit_code, 3);
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {file("another"), "text"},
+      {file("folder"), "not an ordinary file"},
+      {file("link"), "is a link to nowhere, which is not there"},
+      {file("pipe"), "not an ordinary file"},
+      {file("table"), "MERL table"},
+      {file("velvet"), "[SB-1-7]"},
+      {file("wood"), "has the same name in the bundle as wood.SBRDF"},
+      {file("zipped"), "gzip"},
+      {folder_ + "/?.sbrdf", "UTF-8"},
+  };
+  std::istringstream lines(run.err);
+  for (const auto& [subject, fragment] : bad) {
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_THAT(line, testing::AllOf(testing::StartsWith("sbrdf: " + subject + ": "), HasSubstr(fragment)));
+  }
+  EXPECT_EQ(lines.peek(), EOF);
   EXPECT_THAT(scratch_.entries(), ElementsAre("materials"));
+}
+
+TEST_F(Pack, SkipsHiddenFilesAloud) {
+  write_bytes(folder_ + "/._wood.sbrdf", bytes_of("what some systems put beside a file"));
+  write_bytes(folder_ + "/.hidden.txt", bytes_of("of no concern"));
+  const ProgramRun run = pack();
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, testing::StartsWith("skipped ._wood.sbrdf: the name begins with a dot\nmaterial "));
+  EXPECT_THAT(pack({"--json"}).json()["skipped"], ElementsAre("._wood.sbrdf"));
+  EXPECT_EQ(run_sbrdf({"pack", "--list", bundle_, "--json"}).json()["materials"].size(), 3);
+  write_bytes(file("bad"), {});
+  EXPECT_THAT(pack().out, HasSubstr("skipped ._wood.sbrdf"));
+}
+
+TEST_F(Pack, TakesExtensionsInAnyCase) {
+  std::filesystem::rename(file("wood"), folder_ + "/wood.SBRDF");
+  std::filesystem::rename(file("velvet"), folder_ + "/velvet.Sbrdf");
+  const std::string bundle = scratch_ / "ALL.SBRDFZ";
+  const ProgramRun run = run_sbrdf({"pack", folder_, bundle, "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.json()["materials"].size(), 3);
+  EXPECT_EQ(run_sbrdf({"info", bundle + ":wood"}).exit_code, 0);
 }
 
 TEST_F(Pack, LeavesAnOlderBundleAsItIsWhenItFails) {

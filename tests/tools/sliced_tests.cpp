@@ -129,7 +129,7 @@ TEST(Levels, AreThoseOfSlicedFilesOnly) {
   const ScratchFolder folder;
   const std::string table = folder / "a.binary";
   write_bytes(table, small_merl());
-  expect_failure(run_sbrdf({"info", table, "--levels"}), 3, table, "[SB-1-1]");
+  expect_failure(run_sbrdf({"info", table, "--levels"}), 4, table, "levels of detail are those of sliced files");
   EXPECT_EQ(run_sbrdf({"info", table, "--against", "kurt:wood01"}).exit_code, 1);
 }
 
@@ -186,7 +186,7 @@ TEST(Extract, LeavesNothingBehindWhenItFails) {
   const ScratchFolder folder;
   const std::string text = folder / "text.sbrdf";
   write_bytes(text, bytes_of("no sliced file"));
-  expect_failure(run_sbrdf({"extract", text, folder / "out.sbrdf"}), 3, text, "[SB-1-1]");
+  expect_failure(run_sbrdf({"extract", text, folder / "out.sbrdf"}), 3, text, "a text file");
   const std::string missing = folder / "missing.sbrdf";
   expect_failure(run_sbrdf({"extract", missing, folder / "out.sbrdf"}), 2, missing, "cannot be opened");
   const std::string file = sampled(folder);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "converters/files/by_name.h"
@@ -14,6 +15,7 @@
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf {
 namespace {
@@ -97,9 +99,17 @@ void print_as_table(std::vector<StorageRow> rows) {
       "coding of the same residuals in the same contexts would save of the coded samples.\n");
 }
 
+std::string in_quotes(std::string_view text) {
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+  return field + "\"";
+}
+
 int run_audit(const AuditOptions& options) {
   if (!options.csv.empty()) {
-    if (Status free = check_destination(options.csv); !free) return report_error(options.csv, free.error());
+    if (Status free = check_output(options.csv, nullptr, options.sources); !free) {
+      return report_error(options.csv, free.error());
+    }
   }
   std::vector<StorageRow> rows;
   std::string csv = "material,samples,values,raw,lossless,tenth_percent,one_percent,baseline,stream,entropy\n";
@@ -109,8 +119,9 @@ int run_audit(const AuditOptions& options) {
     if (!row) return report_error(name, row.error());
     rows.push_back(*row);
     json.push_back(as_json(*row));
-    csv += fmt::format("\"{}\",{},{},{},{},{},{},{},{},{:.0f}\n", row->material, row->samples, row->values, row->raw,
-                       row->lossless, row->tenth_percent, row->one_percent, row->baseline, row->stream, row->entropy);
+    csv +=
+        fmt::format("{},{},{},{},{},{},{},{},{},{:.0f}\n", in_quotes(row->material), row->samples, row->values, row->raw,
+                    row->lossless, row->tenth_percent, row->one_percent, row->baseline, row->stream, row->entropy);
   }
   if (options.json) {
     print_json(json);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "tools/commands/commands.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
 #include "tools/io/sha256.h"
 
 namespace sbrdf {
@@ -106,7 +108,9 @@ std::optional<Failure> convert(const ConvertOptions& options, Conversion& done) 
   if (Status used = check_uses(options.given, *done.format, std::nullopt); !used) {
     return Failure{options.out, used.error()};
   }
-  if (Status free = check_destination(options.out); !free) return Failure{options.out, free.error()};
+  if (Status free = check_output(options.out, done.format, std::span(&options.in, 1)); !free) {
+    return Failure{options.out, free.error()};
+  }
   Result<OpenedSource> in = open_source(options.in, options.given);
   if (!in) return Failure{options.in, in.error()};
   done.in = *std::move(in);

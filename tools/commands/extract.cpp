@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "codec/file/reader.h"
 #include "codec/material/cut.h"
+#include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
@@ -15,6 +17,7 @@
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf {
 namespace {
@@ -47,7 +50,7 @@ Result<Comparison> difference_from_whole(const DecodedSliced& whole, const Slice
 }
 
 Result<Extraction> extract(const ExtractOptions& options) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(options.in);
+  const Result<std::shared_ptr<const ByteSource>> file = open_sliced_bytes(options.in, "parts and levels");
   if (!file) return file.error();
   Extraction done;
   done.bytes_in = (*file)->size();
@@ -89,7 +92,9 @@ int run_extract(const ExtractOptions& options) {
   if (!writer || !(*writer)->capabilities.has(Capability::kParts)) {
     return report_error(options.out, usage_error("a part is a sliced file: the name must end with .sbrdf"));
   }
-  if (Status free = check_destination(options.out); !free) return report_error(options.out, free.error());
+  if (Status free = check_output(options.out, *writer, std::span(&options.in, 1)); !free) {
+    return report_error(options.out, free.error());
+  }
   const Result<Extraction> done = extract(options);
   if (!done) return report_error(options.in, done.error());
   if (Status written = write_file_atomically(options.out, done->bytes); !written) {
@@ -124,7 +129,7 @@ int run_extract(const ExtractOptions& options) {
 void add_extract(CLI::App& program, int& exit_code) {
   auto* command = program.add_subcommand("extract", "Writes a smaller sliced file: fewer directions, coarser levels.");
   const auto options = std::make_shared<ExtractOptions>();
-  command->add_option("IN", options->in, "A sliced file")->required();
+  command->add_option("IN", options->in, "A sliced file, or BUNDLE.sbrdfz:NAME")->required();
   command->add_option("OUT", options->out, "The sliced file to write")->required();
   add_number(*command, "--theta-max", options->theta_max_deg, {1, 90}, "DEG",
              "Both directions below this, in degrees; the file goes on to the next node");

@@ -127,7 +127,7 @@ int deepest_level(const SlicedBrdf& sliced) {
 }
 
 Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(options.file);
+  const Result<std::shared_ptr<const ByteSource>> file = open_sliced_bytes(options.file, "levels of detail");
   if (!file) return file.error();
   const Result<SlicedReader> reader = SlicedReader::open(**file);
   if (!reader) return reader.error();

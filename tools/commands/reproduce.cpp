@@ -15,6 +15,7 @@
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf {
 namespace {
@@ -37,6 +38,10 @@ SliceOptions chosen_slices(const ReproduceOptions& options) {
   slices.domain = value_of(kDomainNames, options.domain);
   slices.refinement = value_of(kRefinementNames, options.refine).value_or(slices.refinement);
   return slices;
+}
+
+Status check_csv(const ReproduceOptions& options) {
+  return options.csv.empty() ? ok_status() : check_output(options.csv, nullptr, {});
 }
 
 int write_csv(const ReproduceOptions& options, const std::string& text) {
@@ -91,6 +96,7 @@ void print_accuracy(const std::vector<AccuracyRow>& rows) {
 }
 
 int run_accuracy(ReproduceOptions options) {
+  if (Status free = check_csv(options); !free) return report_error(options.csv, free.error());
   options.accuracy.slices = chosen_slices(options);
   const Result<std::vector<AccuracyRow>> rows = [&] {
     ProgressBar bar("materials");
@@ -201,6 +207,7 @@ std::vector<std::uint64_t> parse_counts(const std::string& text) {
 }
 
 int run_placement(ReproduceOptions options) {
+  if (Status free = check_csv(options); !free) return report_error(options.csv, free.error());
   options.placement.slices = chosen_slices(options);
   options.placement.counts = options.counts.empty() ? default_counts() : parse_counts(options.counts);
   const Result<PlacementStudy> study = [&] {

@@ -1,10 +1,12 @@
-#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "converters/files/by_name.h"
+#include "converters/files/format_table.h"
+#include "converters/files/kurt/kurt_file.h"
 #include "converters/source/progress.h"
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
@@ -57,15 +59,21 @@ Status verify_bundle(const ByteSource& source, Verdict& verdict) {
   return ok_status();
 }
 
-Result<Verdict> verify(const std::string& path) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+Result<Verdict> verify(const std::string& text) {
+  if (is_named(text)) return unsupported("is a model; only sliced files and bundles have checksums");
+  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text);
   if (!file) return file.error();
+  const Result<const Format*> format = recognise(**file);
+  if (!format) return format.error();
+  const Capabilities& can = (*format)->capabilities;
+  if (!can.has(Capability::kManyMaterials) && !can.has(Capability::kBundled)) {
+    return unsupported("is of another kind, " + std::string((*format)->description) +
+                       "; only sliced files and bundles have checksums");
+  }
   Verdict verdict;
   verdict.bytes = (*file)->size();
-  const Result<std::vector<std::byte>> magic =
-      read_range(**file, 0, std::min<std::uint64_t>(kBundleMagic.size(), verdict.bytes));
-  if (!magic) return magic.error();
-  const Status status = is_bundle(*magic) ? verify_bundle(**file, verdict) : verify_sliced(**file, verdict);
+  const Status status =
+      can.has(Capability::kManyMaterials) ? verify_bundle(**file, verdict) : verify_sliced(**file, verdict);
   if (!status) return status.error();
   return verdict;
 }
@@ -108,7 +116,7 @@ void add_verify(CLI::App& program, int& exit_code) {
   auto* command =
       program.add_subcommand("verify", "Checks every byte of sliced files and bundles: checksums, sizes, content.");
   const auto options = std::make_shared<VerifyOptions>();
-  command->add_option("FILE", options->files, "Sliced files and bundles")->required();
+  command->add_option("FILE", options->files, "Sliced files, bundles, or BUNDLE.sbrdfz:NAME")->required();
   command->add_flag("--json", options->json, "Print JSON");
   command->footer(
       "All files are checked; the exit code is that of the first bad one, 3 for a damaged file.\n\n"
