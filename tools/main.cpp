@@ -29,25 +29,26 @@ int run_command(int argc, char** argv) {
       "Exit codes: 0 ok, 1 usage, 2 reading or writing, 3 invalid file, 4 unsupported, 5 difference above a limit.\n\n"
       "Example:\n  sbrdf convert kurt:fabric112 fabric112.sbrdf --samples 8911");
   int exit_code = 0;
-  sbrdf::add_convert(program, exit_code);
-  sbrdf::add_info(program, exit_code);
-  sbrdf::add_compare(program, exit_code);
-  sbrdf::add_eval(program, exit_code);
-  sbrdf::add_formats(program, exit_code);
-  sbrdf::add_extract(program, exit_code);
-  sbrdf::add_pack(program, exit_code);
-  sbrdf::add_verify(program, exit_code);
-  sbrdf::add_audit(program, exit_code);
-  sbrdf::add_stress(program, exit_code);
-  sbrdf::add_reproduce(program, exit_code);
+  sbrdf::internal::add_convert(program, exit_code);
+  sbrdf::internal::add_info(program, exit_code);
+  sbrdf::internal::add_compare(program, exit_code);
+  sbrdf::internal::add_eval(program, exit_code);
+  sbrdf::internal::add_formats(program, exit_code);
+  sbrdf::internal::add_extract(program, exit_code);
+  sbrdf::internal::add_pack(program, exit_code);
+  sbrdf::internal::add_verify(program, exit_code);
+  sbrdf::internal::add_audit(program, exit_code);
+  sbrdf::internal::add_stress(program, exit_code);
+  sbrdf::internal::add_reproduce(program, exit_code);
   try {
     program.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    sbrdf::print(program.help());
+    sbrdf::internal::print(program.help());
   } catch (const CLI::CallForVersion& version) {
-    sbrdf::print(std::string(version.what()) + "\n");
+    sbrdf::internal::print(std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
-    exit_code = sbrdf::report_error("", sbrdf::usage_error(usage_message(program, error, argc, argv)));
+    exit_code =
+        sbrdf::internal::report_error("", sbrdf::internal::usage_error(usage_message(program, error, argc, argv)));
   }
   return exit_code;
 }
@@ -55,19 +56,19 @@ int run_command(int argc, char** argv) {
 int run(int argc, char** argv) {
   try {
     int exit_code = 0;
-    sbrdf::run_with_possible_threads([&] { exit_code = run_command(argc, argv); });
+    sbrdf::internal::run_with_possible_threads([&] { exit_code = run_command(argc, argv); });
     return exit_code;
   } catch (const std::bad_alloc&) {
-    return sbrdf::report_no_memory();
+    return sbrdf::internal::report_no_memory();
   } catch (const std::exception& error) {
-    return sbrdf::report_error("", sbrdf::io_error(error.what()));
+    return sbrdf::internal::report_error("", sbrdf::internal::io_error(error.what()));
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  sbrdf::keep_standard_descriptors();
-  sbrdf::catch_interrupts();
-  return sbrdf::finish_output(run(argc, argv));
+  sbrdf::internal::keep_standard_descriptors();
+  sbrdf::internal::catch_interrupts();
+  return sbrdf::internal::finish_output(run(argc, argv));
 }

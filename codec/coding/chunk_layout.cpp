@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Point = LatticePoint;
@@ -113,4 +113,4 @@ LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout) {
   return blocks;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "codec/frame/lattice_walk.h"
 #include "codec/material/sliced_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// How the samples of a file are spread over its chunks: what can be read, and left out, by itself.
 ///
@@ -44,4 +44,4 @@ struct LatticeBlocks {
 };
 [[nodiscard]] LatticeBlocks make_blocks(const Lattice& lattice, const ChunkLayout& layout);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Point = std::array<std::uint32_t, kAxisCount>;
@@ -207,4 +207,4 @@ CrossingPlan plan_crossings(const Lattice& lattice, const LatticeBlocks& blocks)
   return Planner(lattice, blocks).plan();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "codec/coding/chunk_layout.h"
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What a value is predicted from: up to four values that are known already, and the weights of the polynomial
 /// through them.
@@ -37,4 +37,4 @@ struct CrossingPlan {
 
 [[nodiscard]] CrossingPlan plan_crossings(const Lattice& lattice, const LatticeBlocks& blocks);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Histograms = std::array<std::array<std::uint32_t, Token::kCount>, CodingContext::kResidualCount>;
@@ -86,4 +86,4 @@ DistributionChoice choose_distributions(const std::vector<std::vector<Event>>& c
   return {chosen, cost};
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 #include "codec/coding/rans.h"
 #include "codec/coding/sample_coder.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What a chunk holds, before the distributions are known.
 struct Event {
@@ -32,4 +32,4 @@ struct DistributionChoice {
 /// Gives every context that occurs the distribution, or the probability, with which it takes the fewest bits.
 [[nodiscard]] DistributionChoice choose_distributions(const std::vector<std::vector<Event>>& chunks);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kGuideStep = 1.0 / 2048;
@@ -57,4 +57,4 @@ void begin_guide(const Lattice& lattice, const StepTable& nodes, SliceSteps& sta
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

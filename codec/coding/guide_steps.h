@@ -8,7 +8,7 @@
 #include "codec/coding/sample_coder.h"
 #include "codec/material/value_map.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // How a guide is coded, and what it does to the steps of samples. specs/sbrdf.md, section 7.
 
@@ -48,4 +48,4 @@ void code_guide_nodes(Io& io, const CodingParameters& coding, std::size_t node_c
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kParts = 256;
@@ -129,4 +129,4 @@ float Quantizer::value(std::int32_t step) const {
   return step < 0 ? -f : f;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Relative bounds that a Quantizer can be made for.
 inline constexpr double kFinestBound = 1e-6;
@@ -60,4 +60,4 @@ class Quantizer {
   std::vector<std::uint32_t> starts_;  ///< for 256 equal parts of [1, 2), the last entry of table_ not above its start
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr unsigned kBitsAtOnce = kProbabilityBits;
@@ -133,4 +133,4 @@ RansDecoder::RansDecoder(std::span<const std::byte> stream) : stream_(stream) {
   overrun_ = state_ < (1U << 16U);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Entropy coding of what prediction leaves: whole numbers by tokens and plain bits, yes-or-no flags, all in one stream
 // of an rANS coder. specs/sbrdf.md, section 5.
@@ -127,4 +127,4 @@ class RansDecoder {
   bool overrun_ = false;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -1,6 +1,6 @@
 #include "codec/coding/sample_coder.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 void SliceSteps::begin(Boundary new_boundary, double new_length_deg, std::size_t crossings) {
   boundary = new_boundary;
@@ -65,4 +65,4 @@ Stencil SliceSteps::stencil_around(std::uint32_t left, double at) const {
   return stencil;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -18,7 +18,7 @@
 #error "steps must have the same bits everywhere: no -ffast-math"
 #endif
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 static_assert(FLT_EVAL_METHOD == 0 && std::numeric_limits<double>::is_iec559,
               "steps must have the same bits everywhere: IEEE 754, each operation rounded to double");
@@ -339,4 +339,4 @@ void code_depth(Io& io, const CodingParameters& coding, int depth, SliceSteps& s
   if (slice.samples.size() > known) slice.link(known, depth);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

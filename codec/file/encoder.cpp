@@ -15,7 +15,7 @@
 #include "codec/file/value_scaling.h"
 #include "formats/sbrdf/container.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// The Io of code_sample for writing.
@@ -337,4 +337,4 @@ Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes) {
   return DecodedSliced{std::move(sliced).value(), reader->lattice(), reader->version(), reader->index().scale.bound()};
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

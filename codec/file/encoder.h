@@ -10,7 +10,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A sliced BRDF with the lattice that its frame gives.
 struct DecodedSliced {
@@ -52,4 +52,4 @@ struct CodingCost {
 /// The inverse. What comes back satisfies check_frame and check_sliced.
 [[nodiscard]] Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

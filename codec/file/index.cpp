@@ -5,7 +5,7 @@
 
 #include "formats/core/byte_reader.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint32_t kMaxPerOctave = 1U << 20U;
@@ -358,4 +358,4 @@ Result<SlicedIndex> parse_index(std::span<const std::byte> bytes, bool newer_min
   return index;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

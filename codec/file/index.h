@@ -14,7 +14,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/value_domain.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// "[clause] what": kInvalidFile for a rule of specs/sbrdf.md that is broken.
 [[nodiscard]] Error refuse_sliced(const char* clause, const std::string& what);
@@ -69,4 +69,4 @@ struct ChunkOrder {
 /// passed check_frame. Nothing in it is larger than the index itself allows.
 [[nodiscard]] Result<SlicedIndex> parse_index(std::span<const std::byte> bytes, bool newer_minor);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

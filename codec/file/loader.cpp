@@ -10,7 +10,7 @@
 #include "codec/coding/sample_coder.h"
 #include "formats/sbrdf/container.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// Distributions made ready for decoding; those that a file does not use stay empty.
@@ -351,4 +351,4 @@ Result<SlicedBrdf> load_samples(const SlicedFile& file, const CellSet& cells, in
   return loader.run();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

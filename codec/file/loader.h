@@ -10,7 +10,7 @@
 #include "codec/frame/cells.h"
 #include "formats/core/byte_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// An opened file: what its head says, and what follows from that.
 struct SlicedFile {
@@ -31,4 +31,4 @@ struct SlicedFile {
 /// Those that evaluating within some cells needs; crossings that were not read are 0.
 [[nodiscard]] Result<SlicedBrdf> load_samples(const SlicedFile& file, const CellSet& cells, int max_depth);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

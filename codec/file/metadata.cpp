@@ -5,7 +5,7 @@
 #include <memory>
 #include <new>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr int kLevel = 19;
@@ -54,4 +54,4 @@ std::optional<std::string> unpack_metadata(std::span<const std::byte> packed, st
   return text;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What metadata usually say: the content that zstd may refer back to, specs/sbrdf.md, section 8. Never changes.
 [[nodiscard]] std::string_view metadata_dictionary();
@@ -18,4 +18,4 @@ namespace sbrdf {
 /// Nothing unless the frame holds exactly `size` bytes.
 [[nodiscard]] std::optional<std::string> unpack_metadata(std::span<const std::byte> packed, std::size_t size);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

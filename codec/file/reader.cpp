@@ -3,7 +3,7 @@
 #include "codec/file/metadata.h"
 #include "formats/sbrdf/container.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // What a small file can make a reader allocate: no distribution takes less than 1/190 of a bit for a value.
@@ -121,4 +121,4 @@ std::uint64_t SlicedReader::bytes_up_to(int max_depth) const {
   return file_.offsets[end];
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

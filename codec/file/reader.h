@@ -12,7 +12,7 @@
 #include "codec/material/evaluator.h"
 #include "formats/core/byte_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A part of a sliced BRDF: exact within its cells (up to its level), an error everywhere else. Immutable; one object
 /// serves any number of threads.
@@ -63,4 +63,4 @@ class SlicedReader {
   std::string version_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 
 #include "codec/coding/guide_steps.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // Steps and values of one list; false where a value is off by more than `bound`.
@@ -52,4 +52,4 @@ void round_to_precision(SlicedBrdf& sliced, double precision) {
   for (float& v : sliced.guide->values) v = guide_value(scaled.scale, guide_step(scaled.scale, v));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include "codec/coding/quantizer.h"
 #include "codec/material/sliced_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The scale of a file, and what its values become.
 struct Scaled {
@@ -24,4 +24,4 @@ struct Scaled {
 /// What a file of that precision would give back, without making one: for judging an error before it is written.
 void round_to_precision(SlicedBrdf& sliced, double precision);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // Wide enough for the rounding of any conversion between angles.
@@ -144,4 +144,4 @@ LatticeParts needs_of(const Lattice& lattice, const CellSet& cells) {
   return needs;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 
 #include "codec/frame/lattice_walk.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A cell of one axis of the padded lattice.
 struct AxisCell {
@@ -95,4 +95,4 @@ struct LatticeParts {
 /// lines, since a spline takes all samples of its slice.
 [[nodiscard]] LatticeParts needs_of(const Lattice& lattice, const CellSet& cells);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

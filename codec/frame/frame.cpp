@@ -4,7 +4,7 @@
 
 #include "codec/frame/frame_geometries.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kMaxNodes = 4096;
@@ -87,4 +87,4 @@ Status check_frame(const FrameSpec& spec) {
   return spec.id == FrameId::kElevation ? check_exchange(spec.axes[kDiagonal]) : ok_status();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // A frame gives a pair of directions four coordinates; slices are the lines along which one coordinate varies while the
 // other three stay at nodes. Everything in the codec that is not in frame_*.cpp works for any frame.
@@ -149,4 +149,4 @@ class FrameGeometry {
 /// kUnsupported for an unknown id.
 [[nodiscard]] Status check_frame(const FrameSpec& spec);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

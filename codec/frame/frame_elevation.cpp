@@ -3,7 +3,7 @@
 
 #include "codec/frame/frame_geometries.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kS = kAxial;
@@ -162,4 +162,4 @@ FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::ve
   return spec;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "codec/frame/frame.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The paper's frame: (s, u, theta_v, theta_i) with s = phi_i + phi_v and u = phi_i - phi_v. (s, u), (s + 360, u + 360)
 /// and (s + 720, u) are the same directions.
@@ -63,4 +63,4 @@ struct ServedRange {
 /// Of the node nearest to `node_deg`; `padded` as in Lattice::nodes.
 [[nodiscard]] ServedRange served_range(std::span<const double> padded, double node_deg);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

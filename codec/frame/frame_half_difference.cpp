@@ -4,7 +4,7 @@
 
 #include "codec/frame/frame_geometries.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kPhiH = kAxial;
@@ -116,4 +116,4 @@ FrameSpec half_difference_frame(std::vector<double> theta_h_deg, std::vector<dou
   return spec;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "codec/frame/frame_geometries.h"
 #include "codec/frame/symmetry_folding.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kMaxPoints = 1ULL << 21U;
@@ -305,4 +305,4 @@ Coordinates coordinates_on(const Slice& slice, double position_deg) {
   return x;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

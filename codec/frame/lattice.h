@@ -7,7 +7,7 @@
 
 #include "codec/frame/frame.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// How the function continues beyond the ends of a slice.
 enum class Boundary : std::uint8_t {
@@ -85,4 +85,4 @@ struct Lattice {
 /// The coordinates of a point on a slice.
 [[nodiscard]] Coordinates coordinates_on(const Slice& slice, double position_deg);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

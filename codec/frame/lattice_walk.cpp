@@ -1,6 +1,6 @@
 #include "codec/frame/lattice_walk.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 std::vector<LatticePoint> first_points(const Lattice& lattice) {
   // Without a branch: whether a point is a first one is hard to foresee.
@@ -29,4 +29,4 @@ std::vector<LatticeLine> first_lines(const Lattice& lattice) {
   return first;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Whatever goes through points, lines, cells or polar pairs of a lattice does so in one order, the one in which the
 // file format numbers crossings and slices: axis 0 fastest.
@@ -56,4 +56,4 @@ struct LatticeLine {
 /// The line on which each slice is met first, by number of the slice.
 [[nodiscard]] std::vector<LatticeLine> first_lines(const Lattice& lattice);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

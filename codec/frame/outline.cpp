@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // A list over [0, end] and its mirror image over [end, 2 end), the last node at 2 end being the first again.
@@ -40,4 +40,4 @@ FrameSpec expand_outline(const FrameOutline& outline) {
                                outline.symmetries);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

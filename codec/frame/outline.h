@@ -5,7 +5,7 @@
 
 #include "codec/frame/frame.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A frame by the shortest lists that give it: azimuthal lists are mirrored (and turned) until they fill their period,
 /// so that every symmetry finds nodes at its mirror planes. All that a search may change about a frame.
@@ -24,4 +24,4 @@ struct FrameOutline {
 /// The frame in full. What the lists leave open is not checked here but by check_frame and build_lattice.
 [[nodiscard]] FrameSpec expand_outline(const FrameOutline& outline);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

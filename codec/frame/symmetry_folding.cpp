@@ -7,7 +7,7 @@
 
 #include "codec/frame/frame_geometries.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // How equal things are found. The material's symmetries form a group G (reciprocity and up to two mirrors, 8 members at
@@ -246,4 +246,4 @@ std::size_t SymmetryFolding::kind_of(const PolarPair& pair) const {
   return (h == 0 ? 1U : 0U) + (v == 0 ? 2U : 0U) + (h < v ? 4U : h > v ? 8U : 0U);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

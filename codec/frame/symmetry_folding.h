@@ -7,7 +7,7 @@
 
 #include "codec/frame/lattice_walk.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Where two nodes are on the two polar axes (2, then 3). The index past the last node stands for a line along that
 /// axis; not for both at once.
@@ -79,4 +79,4 @@ class SymmetryFolding {
   std::array<PolarKind, kKindCount> kinds_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

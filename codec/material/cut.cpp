@@ -6,7 +6,7 @@
 
 #include "codec/frame/lattice_walk.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// What is cut, and its lattice before and after. Azimuthal nodes are the same in both and polar ones the first few, so
@@ -95,4 +95,4 @@ Result<SlicedBrdf> cut_sliced(const SlicedBrdf& sliced, const Lattice& lattice, 
   return cut;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A smaller sliced BRDF out of a larger one, without measuring anything again.
 struct CutOptions {
@@ -21,4 +21,4 @@ struct CutOptions {
 [[nodiscard]] Result<SlicedBrdf> cut_sliced(const SlicedBrdf& sliced, const Lattice& lattice,
                                             const CutOptions& options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

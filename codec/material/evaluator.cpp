@@ -7,7 +7,7 @@
 #include "codec/frame/cells.h"
 #include "codec/material/spline.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kNoAxis = kAxisCount;
@@ -294,4 +294,4 @@ void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, s
 template class BasicEvaluator<float>;
 template class BasicEvaluator<long double>;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -10,7 +10,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/value_map.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Evaluates a sliced BRDF (specs/conventions.md): splines along each slice, then the sum of four slices less three
 /// times the corners, clamped from below by the least of the slices. In the log domain it is clamped from above by the
@@ -107,4 +107,4 @@ extern template class BasicEvaluator<long double>;
 
 using Evaluator = BasicEvaluator<float>;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

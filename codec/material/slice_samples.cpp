@@ -1,6 +1,6 @@
 #include "codec/material/slice_samples.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 double interval_width(std::span<const SliceNode> nodes, const Slice& slice, std::uint32_t interval) {
@@ -82,4 +82,4 @@ void scatter_slices(std::span<const SliceSamples> slices, SlicedBrdf& sliced) {
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// All samples of one slice, crossings included, by rising position: what a file keeps apart (crossings are shared by
 /// slices) put together for a spline.
@@ -40,4 +40,4 @@ struct Gap {
 /// The inverse: writes counts, positions and values of the samples that are not crossings.
 void scatter_slices(std::span<const SliceSamples> slices, SlicedBrdf& sliced);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 Status check_finite(std::span<const float> values, const char* name) {
@@ -172,4 +172,4 @@ Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice) {
   return check_finite(sliced.sample_values, "sample value");
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -10,7 +10,7 @@
 #include "codec/frame/frame.h"
 #include "codec/material/value_domain.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 struct Lattice;
 
@@ -89,4 +89,4 @@ struct SlicedBrdf {
 /// halvings (of an interval, or of a half that a sample bounds), and values are finite.
 [[nodiscard]] Status check_sliced(const SlicedBrdf& sliced, const Lattice& lattice);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -1,6 +1,6 @@
 #include "codec/material/spline.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Between two samples the second derivative runs straight from M_k to M_(k+1), so the curve and its slope follow from
 // the values and the M. With the gaps h_k = x_(k+1) - x_k and the slopes d_k = (y_(k+1) - y_k) / h_k of the straight
@@ -137,4 +137,4 @@ void SplineSolver<Real>::solve_tridiagonal(std::size_t n, std::vector<Real>& rig
 template class SplineSolver<double>;
 template class SplineSolver<long double>;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

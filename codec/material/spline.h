@@ -6,7 +6,7 @@
 
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Solves for the second derivatives M_k of the C2 cubic spline through samples (x_k, y_k) of one slice. Together with
 /// the samples they are all of the spline: see evaluate_segment. Takes time in proportion to the number of samples, and
@@ -71,4 +71,4 @@ template <class Real>
   return mix(t, value0, value1) - s * t * sixth * ((Real(1) + s) * second0 + (Real(1) + t) * second1);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

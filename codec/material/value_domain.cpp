@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 ValueDomain choose_log_domain(std::span<const float> values, std::size_t channel_count, int floor_halvings) {
   ValueDomain domain;
@@ -27,4 +27,4 @@ ValueDomain choose_log_domain(std::span<const float> values, std::size_t channel
   return domain;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The numbers stand in files and never change their meaning.
 enum class DomainKind : std::uint8_t { kLinear = 1, kLog = 2 };
@@ -86,4 +86,4 @@ class DomainMap {
 /// Below this many halvings of the median, values are told apart by their difference rather than by their ratio.
 inline constexpr int kDefaultFloorHalvings = 10;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

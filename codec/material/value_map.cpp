@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // A spline that overshoots in the log domain could pass the range of float.
@@ -108,4 +108,4 @@ template class ValueMap<float>;
 template class ValueMap<double>;
 template class ValueMap<long double>;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/spline.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A guide made ready for evaluation in one arithmetic: a bounded spline over its angle, like that of a slice, between
 /// samples at the places that the guide lists. Immutable.
@@ -78,4 +78,4 @@ extern template class ValueMap<float>;
 extern template class ValueMap<double>;
 extern template class ValueMap<long double>;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

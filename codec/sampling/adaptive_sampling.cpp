@@ -4,7 +4,7 @@
 
 #include "codec/sampling/sampler.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string> channels, const Measure& measure,
                                  const SamplingOptions& options) {
@@ -22,4 +22,4 @@ Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string
   return sliced;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

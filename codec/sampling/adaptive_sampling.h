@@ -10,7 +10,7 @@
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Measures f_r [1/sr] of each pair into `values` (pairs.size() x channels, channel fastest). Values must be finite; a
 /// measurement that fails, or is to stop, ends the sampling with its error.
@@ -48,4 +48,4 @@ struct SamplingOptions {
 [[nodiscard]] Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string> channels,
                                                const Measure& measure, const SamplingOptions& options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

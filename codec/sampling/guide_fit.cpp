@@ -5,7 +5,7 @@
 
 #include "codec/material/value_map.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kMaxAzimuths = 12;  // of each azimuthal axis, evenly picked
@@ -155,4 +155,4 @@ Result<Guide> fit_guide(const SlicedBrdf& sliced, const Lattice& lattice, double
   return GuideFit(sliced, lattice, ratio, measure).run(sample_count);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

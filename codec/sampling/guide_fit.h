@@ -4,7 +4,7 @@
 #include "codec/material/sliced_brdf.h"
 #include "codec/sampling/adaptive_sampling.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Fits a guide: at each of its angles the mean of the source in the value domain over the lattice's other three axes,
 /// as far as those directions lie above the horizon. Angles are added where the spline through the others is worst, up
@@ -15,4 +15,4 @@ namespace sbrdf {
 [[nodiscard]] Result<Guide> fit_guide(const SlicedBrdf& sliced, const Lattice& lattice, double ratio,
                                       std::size_t sample_count, const Measure& measure);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 
 #include "codec/sampling/sampler.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// Algorithm 1: a gap weighs the larger leave-one-out error of its two ends.
@@ -88,4 +88,4 @@ Status sample_by_measured_error(const Lattice& lattice, const Measure& measure, 
   return RefineByMeasured(lattice, measure, options, sliced).run();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include "codec/material/spline.h"
 #include "codec/sampling/sampler.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// A gap weighs the error of the spline within it, times its width and the share of all directions that its slice
@@ -188,4 +188,4 @@ Status sample_by_true_error(const Lattice& lattice, const Measure& measure, cons
   return RefineBySource(lattice, measure, options, sliced).run();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "codec/sampling/guide_fit.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // A total order, so that the chosen set does not depend on how it is selected.
@@ -130,4 +130,4 @@ void Sampler::merge(std::span<const Candidate> chosen, std::span<const float> va
   slices_[chosen.front().slice].samples = std::move(merged);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

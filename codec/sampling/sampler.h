@@ -10,7 +10,7 @@
 #include "codec/material/value_map.h"
 #include "codec/sampling/adaptive_sampling.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The inside of adaptive_sampling.h: what the ways of refinement have in common.
 
@@ -94,4 +94,4 @@ Status sample_by_measured_error(const Lattice& lattice, const Measure& measure, 
 Status sample_by_true_error(const Lattice& lattice, const Measure& measure, const SamplingOptions& options,
                             SlicedBrdf& sliced);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // Strata by theta_h [degrees] and the share of the pairs drawn in each.
@@ -92,4 +92,4 @@ HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
   return result;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

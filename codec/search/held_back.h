@@ -6,7 +6,7 @@
 #include "codec/material/evaluator.h"
 #include "codec/sampling/adaptive_sampling.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Directions that no sample is placed by, with the source's values: what a structure is judged on. theta of both is
 /// uniform in [0, 80] degrees and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
@@ -32,4 +32,4 @@ struct HeldBackError {
 };
 [[nodiscard]] HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array<double, kAxisCount> kLeastCellDeg = {4, 4, 2, 0.5};
@@ -61,4 +61,4 @@ Moves moves_from(const Structure& structure, const SearchOptions& options) {
   return moves;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

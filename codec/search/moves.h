@@ -5,7 +5,7 @@
 
 #include "codec/search/structure_search.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What a round of a search tries.
 struct Moves {
@@ -18,4 +18,4 @@ struct Moves {
 /// where the frame and the domain may have one. They come in this order, which decides between equals.
 [[nodiscard]] Moves moves_from(const Structure& structure, const SearchOptions& options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kMaxCrossingShare = 0.9;  // of the budget
@@ -102,4 +102,4 @@ std::vector<Structure> regular_starts(const SearchOptions& options, std::size_t 
   return std::move(kept[0]);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 
 #include "codec/search/structure_search.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Fewer crossings than this share of the samples: slices need samples of their own.
 [[nodiscard]] bool fits_budget(std::size_t crossing_count, std::uint64_t sample_count);
@@ -16,4 +16,4 @@ namespace sbrdf {
 /// none fits.
 [[nodiscard]] std::vector<Structure> regular_starts(const SearchOptions& options, std::size_t most);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

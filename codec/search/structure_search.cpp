@@ -12,7 +12,7 @@
 #include "codec/search/starts.h"
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -206,4 +206,4 @@ Result<SearchResult> search_structure(const std::vector<std::string>& channels, 
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 #include "codec/sampling/adaptive_sampling.h"
 #include "codec/search/held_back.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What an error is when structures are compared.
 enum class Objective : std::uint8_t {
@@ -76,4 +76,4 @@ struct SearchResult {
 /// The sampling options that make a structure real.
 [[nodiscard]] SamplingOptions sampling_for(const Structure& structure, SamplingOptions options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

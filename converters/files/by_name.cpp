@@ -12,7 +12,7 @@
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::shared_ptr<const ByteSource>;
@@ -110,4 +110,4 @@ Result<OpenedSource> open_source(const std::string& text, const Options& options
   return OpenedSource{*std::move(source), (*bytes)->size(), *format};
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

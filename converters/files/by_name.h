@@ -11,7 +11,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 struct OpenedSource {
   std::unique_ptr<BrdfSource> source;
@@ -39,4 +39,4 @@ struct OpenedSource {
 /// "./kurt:x" is a path. Of `options`, those are used that the format has for reading.
 [[nodiscard]] Result<OpenedSource> open_source(const std::string& text, const Options& options = {});
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using namespace std::string_view_literals;
@@ -65,4 +65,4 @@ bool is_text(std::span<const std::byte> head) {
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

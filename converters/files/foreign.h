@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Files that nobody means to convert but many people have: the reader of MERL tables would call them damaged tables.
 
@@ -18,4 +18,4 @@ namespace sbrdf {
 /// is a control character other than the white space of text.
 [[nodiscard]] bool is_text(std::span<const std::byte> head);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 22U;
@@ -43,4 +43,4 @@ Status copy_bytes(const ByteSource& source, ByteSink& sink, const Progress& prog
   return ok_status();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -15,7 +15,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What a format can hold or do beyond one material as a whole. Code asks for these and never for a format by name.
 enum class Capability : std::uint8_t {
@@ -108,4 +108,4 @@ struct Format {
 /// As much of a file as tells its format.
 inline constexpr std::size_t kHeadSize = 512;
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -21,7 +21,7 @@
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Head = std::span<const std::byte>;
@@ -173,4 +173,4 @@ Status save_source(const Format& format, const BrdfSource& source, ByteSink& sin
   return saved;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "converters/files/format.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The one place that knows all formats. Converting a file, wherever its bytes are:
 //
@@ -44,4 +44,4 @@ namespace sbrdf {
 [[nodiscard]] Status save_source(const Format& format, const BrdfSource& source, ByteSink& sink, const Options& options,
                                  Report& report, const Progress& progress = {});
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "formats/core/numbers.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 std::string describe(const Range& range) {
@@ -130,4 +130,4 @@ Status check_options(const Options& options, std::span<const OptionSpec> declare
   return ok_status();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // What a format can be told. Options have names and values as text, as on the command line, whoever gives them; a row
 // of the format table declares each of its own once (OptionSpec), and the declaration is what help, checks, messages,
@@ -93,4 +93,4 @@ class Options {
 [[nodiscard]] Status check_options(const Options& options, std::span<const OptionSpec> declared, OptionUse use,
                                    std::string_view whose);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

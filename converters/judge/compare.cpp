@@ -9,7 +9,7 @@
 #include "converters/source/reciprocity.h"
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kBlock = 4096;  // pairs that one task evaluates
@@ -144,4 +144,4 @@ Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource
   return result;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Over which directions two sources are compared.
 struct CompareOptions {
@@ -80,4 +80,4 @@ class DirectionGrid {
 [[nodiscard]] Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource& test,
                                                  const CompareOptions& options, const Progress& progress = {});
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

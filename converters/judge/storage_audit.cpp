@@ -8,7 +8,7 @@
 #include "codec/coding/quantizer.h"
 #include "codec/file/encoder.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr int kZstdLevel = 3;
@@ -70,4 +70,4 @@ StorageRow audit_storage(const std::string& material, const SlicedBrdf& sliced, 
   return row;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

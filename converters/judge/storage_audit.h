@@ -7,7 +7,7 @@
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What the samples of one material take on disk. All sizes in bytes; files include metadata and index.
 struct StorageRow {
@@ -33,4 +33,4 @@ struct StorageRow {
 /// equal weight together, zstd -3; positions the same way. What a general tool would do with the same samples.
 [[nodiscard]] std::uint64_t baseline_size(const SlicedBrdf& sliced, double bound);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

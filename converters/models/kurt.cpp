@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -112,4 +112,4 @@ std::unique_ptr<BrdfSource> make_kurt_source(const KurtModel& model) {
   return std::make_unique<KurtSource>(model);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 
 #include "converters/source/brdf_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// One specular lobe of the model of Kurt, Szirmay-Kalos and Křivánek, "An Anisotropic BRDF Model for Fitting and Monte
 /// Carlo Rendering", 2010 (specs/kurt.md).
@@ -54,4 +54,4 @@ Status check_kurt_model(const KurtModel& model);
 /// that. `model` must pass check_kurt_model.
 [[nodiscard]] std::unique_ptr<BrdfSource> make_kurt_source(const KurtModel& model);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -10,7 +10,7 @@
 
 #include "converters/models/kurt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -221,4 +221,4 @@ Result<KurtModel> parse_kurt_json(std::string_view text) {
   return model;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "converters/paper/published.h"
 #include "converters/paper/reproduce.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kSlicingShare = 0.3;  // of the time of a row; the rest goes into comparing
@@ -85,4 +85,4 @@ double mean_ratio_to_paper(std::span<const AccuracyRow> rows, std::uint64_t samp
   return std::exp(sum / static_cast<double>(count));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -14,7 +14,7 @@
 #include "converters/paper/reproduce.h"
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // Placements that do not fit have a NaN, which no comparison takes.
@@ -210,4 +210,4 @@ Result<PlacementStudy> reproduce_placement(const PlacementOptions& options, cons
   return study;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

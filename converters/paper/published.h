@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // What the paper's supplemental material prints, to compare with.
 
@@ -29,4 +29,4 @@ inline constexpr std::array<PaperRow, 10> kPaper = {{{"Brushed alum", {24.5, 18.
                                                      {"fabric139", {0.5, 0.3}, false, 1.11},
                                                      {"wood01", {0.2, 0.1}, false, 1.17}}};
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

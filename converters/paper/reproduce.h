@@ -8,7 +8,7 @@
 #include "converters/slicing/slicing.h"
 #include "converters/source/progress.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The tables of Vávra & Filip, "Adaptive Measurement of Anisotropic Material Appearance", Pacific Graphics 2017,
 // supplemental material, made again with this implementation.
@@ -70,4 +70,4 @@ struct PlacementStudy {
 /// "14/36".
 [[nodiscard]] std::string placement_text(const Placement& placement);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

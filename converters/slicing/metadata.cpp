@@ -9,7 +9,7 @@
 #include "converters/slicing/metadata_json.h"
 #include "converters/slicing/names.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -184,4 +184,4 @@ std::string metadata_of_part(const std::string& text, const ExtractedPart& part)
   return emit_metadata(json);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 
 #include "converters/slicing/slicing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The metadata of sliced files: a JSON object on one line that says how the file came to be (specs/sbrdf.md, section
 // 8). It is made for a new file, and changed for a copy and for a part of one. Whatever a file holds instead, another
@@ -48,4 +48,4 @@ struct ExtractedPart {
 /// either.
 [[nodiscard]] std::string metadata_of_part(const std::string& text, const ExtractedPart& part);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -24,4 +24,4 @@ Json parse_metadata(const std::string& text) {
 
 std::string emit_metadata(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The metadata of a sliced file as JSON. What is none, or is nested so deep that writing it out again would overflow
 /// the stack, comes as one string.
@@ -12,4 +12,4 @@ namespace sbrdf {
 /// The same on one line; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string emit_metadata(const nlohmann::ordered_json& json);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "codec/sampling/adaptive_sampling.h"
 #include "formats/core/named.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The choices of slicing by name. Options read these tables from left to right, metadata and reports from right to
 // left, so what a report prints can be given as an option. "auto", where there is no choice yet, is the option's own.
@@ -24,4 +24,4 @@ inline constexpr std::array kRefinementNames = {Named{"true", Refinement::kBySou
 inline constexpr std::array kChunkNames = {Named{"auto", ChunkSize::kAuto}, Named{"whole", ChunkSize::kWhole},
                                            Named{"split", ChunkSize::kSplit}};
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 Status check_options(const SliceOptions& options) {
   const auto* fixed = std::get_if<SampleCount>(&options.stop);
@@ -37,4 +37,4 @@ SamplingOptions sampling_of(const SliceOptions& options) {
   return sampling;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "codec/search/structure_search.h"
 #include "converters/slicing/placements.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 inline constexpr std::uint64_t kDefaultSampleCount = 4096;
 inline constexpr std::size_t kDefaultSearchEvaluations = 200;
@@ -69,4 +69,4 @@ struct SliceOptions {
 /// What all structures have in common; the number of samples is left at 0.
 [[nodiscard]] SamplingOptions sampling_of(const SliceOptions& options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array<Placement, 17> kTable3 = {{{28, 180},
@@ -36,4 +36,4 @@ Placement table_3_placement(std::uint64_t sample_count) {
   return kTable3[static_cast<std::size_t>(row - kTable3Limits.begin())];
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The paper's placement of slices in the elevation frame: steps of elevation and azimuth [degrees].
 struct Placement {
@@ -18,4 +18,4 @@ struct Placement {
 /// The 17 placements of Table 3, from few crossings to many.
 [[nodiscard]] std::span<const Placement> table_3_placements();
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "converters/source/reciprocity.h"
 #include "converters/source/symmetry_detection.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kHeldBackCount = 12'000;
@@ -170,4 +170,4 @@ std::size_t Slicer::file_size(Slicing slicing) const {
   return encode_sliced(slicing.sliced, slicing.lattice, options_.encoding).size();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 
 #include "converters/slicing/slicing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// How far a search for a structure goes: its regular starts suffice to tell how many samples a target will take.
 enum class Effort : std::uint8_t { kStarts, kFull };
@@ -69,4 +69,4 @@ class Slicer {
   HeldBack report_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 #include "converters/slicing/slicer.h"
 #include "converters/slicing/stop_rules.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kSlicingShare = 0.98;  // of the work; the rest is the report
@@ -33,4 +33,4 @@ Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& optio
   return slicing;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

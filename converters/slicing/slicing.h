@@ -12,7 +12,7 @@
 #include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What slicing changed. Counts are of channel values among the samples taken.
 struct SliceReport {
@@ -43,4 +43,4 @@ struct Slicing {
 [[nodiscard]] Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& options,
                                            const Progress& progress = {});
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

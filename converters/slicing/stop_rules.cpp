@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kFewestSamples = 64;
@@ -202,4 +202,4 @@ Result<Slicing> slice_by_rule(const Slicer& slicer, const Progress& progress) {
   return FewestSamples(slicer, *target_percent(rule), progress).run();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include "converters/slicing/slicer.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The slicing that the stop rule of the slicer's options asks for, not finished. Looking for the number of samples
 /// goes through many numbers, each sliced with Effort::kStarts; the one that is found is sliced with all effort.
@@ -11,4 +11,4 @@ namespace sbrdf {
 /// what it took, or the size of the smallest file. Otherwise the errors of Slicer::slice().
 [[nodiscard]] Result<Slicing> slice_by_rule(const Slicer& slicer, const Progress& progress);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
   constexpr std::size_t kBlock = 256;
@@ -12,4 +12,4 @@ void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPai
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

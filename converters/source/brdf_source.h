@@ -10,7 +10,7 @@
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 class ByteSource;
 struct DecodedSliced;
@@ -66,4 +66,4 @@ class BrdfSource {
 /// `source.evaluate` over many pairs on all cores: the same values.
 void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

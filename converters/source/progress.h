@@ -8,7 +8,7 @@
 #include "formats/core/interrupted.h"  // IWYU pragma: export
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// How long work tells how far it is, and learns that it should stop.
 struct Progress {
@@ -86,4 +86,4 @@ class StepwiseProgress {
   bool stopped_ = false;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

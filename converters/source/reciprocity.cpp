@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kBlock = 256;  // pairs that are turned round at a time, on the stack
@@ -60,4 +60,4 @@ double reciprocity_difference_percent(const BrdfSource& source) {
   return sum > 0 ? 100 * difference / sum : 0;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

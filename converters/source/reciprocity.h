@@ -4,7 +4,7 @@
 
 #include "converters/source/brdf_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A source made reciprocal: the mean of f(i,v) and f(v,i). The wrapped source must outlive it.
 class SymmetrisedSource final : public BrdfSource {
@@ -23,4 +23,4 @@ class SymmetrisedSource final : public BrdfSource {
 /// 0, 5, ..., 80 degrees and azimuths every 10 degrees. Exactly 0 for a source whose traits say that it is reciprocal.
 [[nodiscard]] double reciprocity_difference_percent(const BrdfSource& source);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kPairs = 4096;
@@ -51,4 +51,4 @@ Symmetries detect_symmetries(const BrdfSource& source) {
   return symmetries;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

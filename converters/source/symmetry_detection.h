@@ -3,10 +3,10 @@
 #include "codec/frame/frame.h"
 #include "converters/source/brdf_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The symmetries that a source keeps to rounding, found by evaluating it at random directions and their images: a
 /// relative L1 difference below 1e-5. Isotropy is also taken from the source's own traits.
 [[nodiscard]] Symmetries detect_symmetries(const BrdfSource& source);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

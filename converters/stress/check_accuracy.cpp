@@ -5,7 +5,7 @@
 
 #include "converters/stress/trial.h"
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 namespace {
 
 /// a + b (x + y) + c x y of the two polar coordinates.
@@ -70,4 +70,4 @@ StressRow check_accuracy(Trial& trial) {
   return tally.row("5 Kurt materials, 4,000 samples: " + unit_of(trial.domain), limit_of(trial.domain));
 }
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -4,7 +4,7 @@
 
 #include "converters/stress/trial.h"
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 StressRow check_theta(Trial& trial) {
   const Material material = sample(coarse_frame(trial.frame, false), {900, trial.domain}, kurt("Fabric112"));
@@ -96,4 +96,4 @@ StressRow check_continuity(Trial& trial) {
   return tally.row("across every node, no clamp: jump / local maximum", 1e-4);
 }
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -5,7 +5,7 @@
 
 #include "converters/stress/trial.h"
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 StressRow check_range(Trial& trial) {
   Tally tally;
@@ -102,4 +102,4 @@ StressRow check_minimum_gap(Trial& trial) {
   return tally.row("gaps of 0.02 deg, full: relative error at samples", trial.domain == DomainKind::kLog ? 2e-6 : 0);
 }
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -5,7 +5,7 @@
 // One function for each topic of the stress suite: the row of one frame and one domain, without its name. Materials and
 // places are drawn from the trial's random numbers.
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 // check_directions.cpp: what must hold for special directions and between directions.
 
@@ -42,4 +42,4 @@ namespace sbrdf::stress {
 /// Kurt materials with some thousand samples.
 [[nodiscard]] StressRow check_accuracy(Trial& trial);
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -6,7 +6,7 @@
 
 #include "converters/stress/checks.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using namespace stress;
@@ -65,4 +65,4 @@ std::vector<StressRow> run_stress(std::uint64_t seed, const Progress& progress, 
   return rows;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 
 #include "converters/source/progress.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Numerical stability of evaluation, judged on sampled analytic functions. "Exact" is the same equations in long
 // double.
@@ -43,4 +43,4 @@ struct StressSubject {
 [[nodiscard]] std::vector<StressRow> run_stress(std::uint64_t seed, const Progress& progress = {},
                                                 const StressSubject& subject = {});
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

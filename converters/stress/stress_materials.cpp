@@ -10,7 +10,7 @@
 #include "codec/sampling/adaptive_sampling.h"
 #include "converters/models/kurt.h"
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 namespace {
 
 Brdf brdf_of(const KurtModel& model) {
@@ -232,4 +232,4 @@ std::array<bool, kChannels> ClampDetector::clamped(const Coordinates& x) const {
   return result;
 }
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -15,7 +15,7 @@
 
 // Materials, frames and places for the stress suite (converters/stress.h).
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 /// Evaluators take channels by threes and the rest one by one; four need both ways.
 inline constexpr std::size_t kChannels = 4;
@@ -87,4 +87,4 @@ class ClampDetector {
   BasicEvaluator<long double> negated_;
 };
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

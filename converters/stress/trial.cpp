@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 double limit_of(DomainKind domain) { return domain == DomainKind::kLog ? kLogLimit : kLinearLimit; }
 
@@ -70,4 +70,4 @@ void add_errors(Tally& tally, const Trial& trial, const Material& material, cons
   }
 }
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -9,7 +9,7 @@
 
 // What the checks of the stress suite have in common.
 
-namespace sbrdf::stress {
+namespace sbrdf::internal::stress {
 
 inline constexpr double kLogLimit = 2e-5;     ///< of the exact value
 inline constexpr double kLinearLimit = 1e-5;  ///< of the local maximum
@@ -58,4 +58,4 @@ struct Trial {
 /// Float against exact at a pair, by the rule of the domain: one case for each channel.
 void add_errors(Tally& tally, const Trial& trial, const Material& material, const DirectionPair& pair);
 
-}  // namespace sbrdf::stress
+}  // namespace sbrdf::internal::stress

@@ -12,7 +12,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 static_assert(std::endian::native == std::endian::little, "every format here is little-endian; no big-endian port yet");
 
@@ -88,4 +88,4 @@ class ByteWriter {
   std::vector<std::byte> buffer_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

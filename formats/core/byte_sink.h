@@ -9,7 +9,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Where bytes of a new file go, in any order: what is written at an offset stays there. Ranges that nobody wrote are
 /// zero up to the end of the last one. May be written to from several threads at once, at different offsets.
@@ -39,4 +39,4 @@ class MemorySink final : public ByteSink {
   std::vector<std::byte> bytes_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -13,7 +13,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Bytes that can be read a range at a time: a file in memory, a mapped file, a connection. All members may be called
 /// from several threads at once.
@@ -113,4 +113,4 @@ class CallbackSource final : public ByteSource {
       std::make_shared<OwnedMemorySource>(std::move(bytes).value(), source->path()));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

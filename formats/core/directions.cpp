@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -101,4 +101,4 @@ double wrap(double angle, double period) {
   return out >= period ? 0.0 : out + 0.0;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include <glm/vec3.hpp>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 inline constexpr double kPi = 3.141592653589793238462643383279502884;
 [[nodiscard]] constexpr double radians_from_degrees(double degrees) { return degrees * (kPi / 180.0); }
@@ -51,4 +51,4 @@ struct HalfDifference {
 /// `angle` brought into [0, period) by whole periods; -0 becomes 0. Exact when the result is representable.
 [[nodiscard]] double wrap(double angle, double period);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

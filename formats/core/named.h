@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A value with the name that it has in files, options and reports. Tables of them are read in both directions, so that
 /// a name is written down once:
@@ -43,4 +43,4 @@ template <class T, std::size_t N>
   return {};
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

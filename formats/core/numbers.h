@@ -7,7 +7,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The whole text as a number that its type can hold; nothing otherwise. No spaces, no hexadecimal digits, and no plus.
 template <class T>
@@ -38,4 +38,4 @@ template <class T>
   return parse_whole<std::uint64_t>(text);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

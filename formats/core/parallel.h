@@ -14,7 +14,7 @@
 // The only place that knows how work is spread over threads: oneTBB, or nothing at all where the library was built
 // without it (SBRDF_WITH_TBB=OFF). Callers give the same results either way: each task writes what is its own.
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Calls `task(k)` once for each k in [0, count), in any order, from any number of threads.
 template <class Task>
@@ -63,4 +63,4 @@ class ThreadLimit {
 #endif
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What went wrong, by who can mend it. The values are the exit codes of the program.
 enum class ErrorCode : std::uint8_t {
@@ -79,4 +79,4 @@ class [[nodiscard]] Result {
 using Status = Result<std::monostate>;
 [[nodiscard]] inline Status ok_status() { return std::monostate{}; }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 
 #include "formats/core/byte_reader.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -115,4 +115,4 @@ std::vector<std::byte> emit_merl(const MerlTable& table) {
   return bytes;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

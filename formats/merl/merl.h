@@ -9,7 +9,7 @@
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Cells along theta_h, theta_d and phi_d.
 using MerlShape = std::array<std::uint32_t, 3>;
@@ -84,4 +84,4 @@ Result<MerlTable> parse_merl(std::span<const std::byte> bytes);
 /// The inverse of parse_merl, bit for bit. `values` must have the length that `shape` asks for.
 [[nodiscard]] std::vector<std::byte> emit_merl(const MerlTable& table);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -13,7 +13,7 @@
 #include "formats/core/interrupted.h"
 #include "formats/os/interrupt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -167,4 +167,4 @@ Status write_file_atomically(const fs::path& path, std::span<const std::byte> by
   return (*file)->commit();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

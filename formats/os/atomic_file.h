@@ -11,7 +11,7 @@
 #include "formats/core/result.h"
 #include "formats/os/descriptor.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Whether a file that is being written has a name before it is complete.
 enum class WhileWritten : std::uint8_t {
@@ -59,4 +59,4 @@ class AtomicFile final : public ByteSink {
 /// A whole file at once; see AtomicFile.
 [[nodiscard]] Status write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

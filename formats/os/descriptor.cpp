@@ -5,11 +5,11 @@
 
 #include "formats/core/interrupted.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 Error system_error(const std::string& what) {
   if (errno == EINTR) return interrupted_error();
   return io_error(what + ": " + std::generic_category().message(errno));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

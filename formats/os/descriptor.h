@@ -7,7 +7,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// An open file of the operating system, closed with this. A negative number is none: see open(2).
 class Descriptor {
@@ -28,4 +28,4 @@ class Descriptor {
 /// own.
 [[nodiscard]] Error system_error(const std::string& what);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

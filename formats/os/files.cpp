@@ -19,7 +19,7 @@
 #include "formats/os/descriptor.h"
 #include "formats/os/interrupt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes between two looks at the interrupt
@@ -145,4 +145,4 @@ bool is_ordinary_file(const std::filesystem::path& path) {
 
 std::string extension_of(const std::string& name) { return std::filesystem::path(name).extension().string(); }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

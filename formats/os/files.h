@@ -11,7 +11,7 @@
 #include "formats/core/result.h"
 #include "formats/os/atomic_file.h"  // IWYU pragma: export
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// All bytes of a file or a named pipe. kIo, with a message that says which it was: missing, a directory, a device,
 /// unreadable, larger than half of the machine's memory, or interrupted.
@@ -35,4 +35,4 @@ inline constexpr std::uint64_t kMapFrom = std::uint64_t{1} << 26U;
 /// The extension of a name with its dot, such as ".sbrdf".
 [[nodiscard]] std::string extension_of(const std::string& name);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

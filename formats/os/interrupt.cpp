@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <csignal>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array<int, 3> kCaught = {SIGINT, SIGTERM, SIGHUP};
@@ -78,4 +78,4 @@ int interrupt_exit_code() { return 128 + first_signal.load(); }
 
 void remove_on_abort(const char* path) { doomed_path.store(path); }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// From here on SIGINT, SIGTERM and SIGHUP are remembered instead of ending the program, so that work can stop and
 /// leave nothing half-written. A second signal does not wait: the file named by remove_on_abort is removed and the
@@ -29,4 +29,4 @@ void stop_catching_interrupts();
 /// call.
 void remove_on_abort(const char* path);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

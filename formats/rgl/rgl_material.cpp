@@ -11,7 +11,7 @@
 
 #include "formats/core/directions.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kDescriptionMaxSize = 200;
@@ -213,4 +213,4 @@ Result<RglMaterial> parse_rgl_material(const TensorFile& tensors) {
   return material;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "formats/core/result.h"
 #include "formats/rgl/tensor_file.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Always R, G, B.
 inline constexpr std::size_t kRglChannelCount = 3;
@@ -51,4 +51,4 @@ struct RglMaterial {
 /// The message names the field and the index, the offset is the value's own.
 Result<RglMaterial> parse_rgl_material(const TensorFile& tensors);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

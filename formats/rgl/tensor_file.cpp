@@ -6,7 +6,7 @@
 
 #include "formats/core/byte_reader.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using std::string_view_literals::operator""sv;
@@ -183,4 +183,4 @@ std::string printable_text(std::string_view text, std::size_t max_size) {
   return shown;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

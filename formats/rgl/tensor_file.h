@@ -9,7 +9,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Type of the elements of a field; the numbers are those on disk.
 enum class TensorType : std::uint8_t { kU8 = 1, kI8, kU16, kI16, kU32, kI32, kU64, kI64, kF16, kF32, kF64 };
@@ -55,4 +55,4 @@ Result<TensorFile> parse_tensor_file(std::span<const std::byte> bytes);
 /// `text` on one line of ASCII: other bytes become '?', and what exceeds `max_size` becomes "...".
 [[nodiscard]] std::string printable_text(std::string_view text, std::size_t max_size);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

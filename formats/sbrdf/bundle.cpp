@@ -11,7 +11,7 @@
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/head_packing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -385,4 +385,4 @@ Status check_material_name(std::string_view name) {
   return ok_status();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

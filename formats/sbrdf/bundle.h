@@ -12,7 +12,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Many sliced BRDF files in one, specs/sbrdfz.md. What their chunks hold is of no concern here.
 
@@ -104,4 +104,4 @@ struct BundleInput {
 /// has no room for. Messages name the material.
 [[nodiscard]] Result<std::vector<std::byte>> emit_bundle(std::span<const BundleInput> inputs);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

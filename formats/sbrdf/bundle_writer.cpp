@@ -6,7 +6,7 @@
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/head_packing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -148,4 +148,4 @@ Result<std::vector<std::byte>> emit_bundle(std::span<const BundleInput> inputs) 
   return file;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

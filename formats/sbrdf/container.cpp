@@ -6,7 +6,7 @@
 
 #include "formats/core/byte_reader.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kHeaderChecked = kHeaderSize - kChecksumSize;  // the header's own checksum stands at its end
@@ -102,4 +102,4 @@ std::vector<std::byte> emit_container(std::span<const std::byte> index, std::spa
   return std::move(file).take();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

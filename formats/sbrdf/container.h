@@ -10,7 +10,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The container of a sliced BRDF file, specs/sbrdf.md: a header, an index, and chunks that lie end to end. It knows
 // nothing of what the chunks hold.
@@ -56,4 +56,4 @@ void append_chunk(std::vector<std::byte>& file, std::span<const std::byte> paylo
                                                     std::uint16_t major = kContainerMajor,
                                                     std::uint16_t minor = kContainerMinor);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

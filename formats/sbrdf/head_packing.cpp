@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -152,4 +152,4 @@ std::vector<std::byte> choose_dictionary(std::span<const std::vector<std::byte>>
   return best;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

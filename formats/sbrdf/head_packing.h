@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // How the heads in a bundle are compressed, specs/sbrdfz.md, sections 3 and 4: one zstd frame each, without its magic
 // number, and with a dictionary that all of them share.
@@ -39,4 +39,4 @@ class HeadPacker {
 /// heads, their order, and the version of zstd.
 [[nodiscard]] std::vector<std::byte> choose_dictionary(std::span<const std::vector<std::byte>> heads);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -13,7 +13,7 @@
 
 namespace {
 
-using namespace sbrdf;
+using namespace sbrdf::internal;
 
 /// Processor time, so that what else the machine does counts little [s].
 double now() {

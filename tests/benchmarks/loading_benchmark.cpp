@@ -16,7 +16,7 @@
 
 namespace {
 
-using namespace sbrdf;
+using namespace sbrdf::internal;
 
 constexpr int kPairs = 60;
 

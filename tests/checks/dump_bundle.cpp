@@ -19,7 +19,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/sbrdf/bundle.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 Result<std::vector<std::byte>> unpacked(const ByteSource& source) {
@@ -53,17 +53,17 @@ int dump(const char* path, const char* out_path) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal
 
 int main(int count, char** arguments) {
   if (count != 3) {
     std::cerr << "usage: dump_bundle BUNDLE OUT\n";
-    return static_cast<int>(sbrdf::ErrorCode::kUsage);
+    return static_cast<int>(sbrdf::internal::ErrorCode::kUsage);
   }
   try {
-    return sbrdf::dump(arguments[1], arguments[2]);
+    return sbrdf::internal::dump(arguments[1], arguments[2]);
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
-    return static_cast<int>(sbrdf::ErrorCode::kIo);
+    return static_cast<int>(sbrdf::internal::ErrorCode::kIo);
   }
 }

@@ -19,7 +19,7 @@
 
 #include "codec/file/encoder.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
@@ -80,17 +80,17 @@ int dump(const char* path, const char* values_path, const char* positions_path) 
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal
 
 int main(int count, char** arguments) {
   if (count != 4) {
     std::cerr << "usage: dump_sliced FILE VALUES_OUT POSITIONS_OUT\n";
-    return static_cast<int>(sbrdf::ErrorCode::kUsage);
+    return static_cast<int>(sbrdf::internal::ErrorCode::kUsage);
   }
   try {
-    return sbrdf::dump(arguments[1], arguments[2], arguments[3]);
+    return sbrdf::internal::dump(arguments[1], arguments[2], arguments[3]);
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
-    return static_cast<int>(sbrdf::ErrorCode::kIo);
+    return static_cast<int>(sbrdf::internal::ErrorCode::kIo);
   }
 }

@@ -7,11 +7,11 @@
 #include "formats/core/directions.h"
 
 int main() {
-  const auto model = sbrdf::kurt_material("fabric112");
-  if (!model.ok() || !sbrdf::elevation_frame(14, 36, {}).ok()) return 1;
+  const auto model = sbrdf::internal::kurt_material("fabric112");
+  if (!model.ok() || !sbrdf::internal::elevation_frame(14, 36, {}).ok()) return 1;
 
-  const auto source = sbrdf::make_kurt_source(*model);
-  const std::array pairs = {sbrdf::DirectionPair{{0.5, 0}, {0.7, 1}}};
+  const auto source = sbrdf::internal::make_kurt_source(*model);
+  const std::array pairs = {sbrdf::internal::DirectionPair{{0.5, 0}, {0.7, 1}}};
   std::array<float, 3> values{};
   source->evaluate(pairs, values);
 

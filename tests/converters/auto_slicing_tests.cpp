@@ -14,7 +14,7 @@
 #include "formats/core/parallel.h"
 #include "tests/support/function_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -269,4 +269,4 @@ TEST(ReproducePlacement, FindsThePlacementOfTheTableForFewSamples) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -15,7 +15,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/function_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 double degrees(double radians) { return std::round(radians * 180 / kPi); }
@@ -314,4 +314,4 @@ TEST(ReciprocityResidual, IsZeroForReciprocalAndForDarkSources) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -18,7 +18,7 @@
 #include "tests/support/function_source.h"
 #include "tests/support/small_files.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using small_files::Bytes;
@@ -475,4 +475,4 @@ TEST(SaveSource, WritesNothingThatOpenRefuses) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Real = long double;
@@ -359,4 +359,4 @@ TEST(KurtModelCheck, RefusesNanAndInfinity) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

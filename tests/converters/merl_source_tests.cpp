@@ -16,7 +16,7 @@
 #include "converters/files/merl/merl_writer.h"
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 MerlTable random_table(const MerlShape& shape, unsigned seed = 1) {
@@ -476,4 +476,4 @@ TEST(MerlResample, StopsWhenAsked) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 TEST(ProgressCounter, ReportsRarelyAndEndsAtOne) {
@@ -93,4 +93,4 @@ TEST(StepwiseProgress, ReportsNothingToNobody) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

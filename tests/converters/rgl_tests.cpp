@@ -24,7 +24,7 @@
 #include "tests/support/rgl_small_material.h"
 #include "tests/support/test_data.h"
 
-namespace sbrdf::rgl_testing {
+namespace sbrdf::internal::rgl_testing {
 namespace {
 
 using testing::HasSubstr;
@@ -440,4 +440,4 @@ TEST(RglEvaluate, GivesTheFirstColumnForARowWithoutDensity) {
 }
 
 }  // namespace
-}  // namespace sbrdf::rgl_testing
+}  // namespace sbrdf::internal::rgl_testing

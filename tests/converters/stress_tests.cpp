@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 class StressTopic : public testing::TestWithParam<std::string> {};
@@ -68,4 +68,4 @@ TEST(Stress, GivesTheSameRowsForTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

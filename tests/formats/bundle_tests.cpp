@@ -20,7 +20,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -549,4 +549,4 @@ TEST(Bundle, TakesTheDictionaryThatMakesItSmallest) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -59,4 +59,4 @@ TEST(WithView, PassesOnThatReadingFailed) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

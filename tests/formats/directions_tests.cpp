@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Real = long double;
@@ -300,4 +300,4 @@ TEST(PairFromHalfDifference, PutsTheLightAtPhiHPlusPhiDUnderTheNormal) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

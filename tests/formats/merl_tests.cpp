@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -194,4 +194,4 @@ TEST(MerlRecognition, TextAndOtherFormatsDoNotResembleATable) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

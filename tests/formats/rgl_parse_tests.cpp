@@ -20,7 +20,7 @@
 #include "formats/rgl/tensor_file.h"
 #include "tests/support/rgl_small_material.h"
 
-namespace sbrdf::rgl_testing {
+namespace sbrdf::internal::rgl_testing {
 namespace {
 
 using testing::HasSubstr;
@@ -261,4 +261,4 @@ TEST(RglParse, SurvivesEveryByteOfASmallFileBeingChanged) {
 }
 
 }  // namespace
-}  // namespace sbrdf::rgl_testing
+}  // namespace sbrdf::internal::rgl_testing

@@ -15,7 +15,7 @@
 
 #include "tests/support/rgl_small_material.h"
 
-namespace sbrdf::rgl_testing {
+namespace sbrdf::internal::rgl_testing {
 namespace {
 
 using testing::HasSubstr;
@@ -208,4 +208,4 @@ TEST(RglParse, ShowsHostileNamesOnOneShortLine) {
 }
 
 }  // namespace
-}  // namespace sbrdf::rgl_testing
+}  // namespace sbrdf::internal::rgl_testing

@@ -13,7 +13,7 @@
 
 // Bundles of sliced files: header, index, dictionary, heads, and the files that are put together from them.
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 constexpr std::size_t kMostRepacked = 8;  // materials; choosing a dictionary takes long
@@ -110,19 +110,19 @@ void run(const Bytes& bytes) {
 }
 
 }  // namespace
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
   const std::size_t mutated = LLVMFuzzerMutate(bytes, size, max_size);
   // One in eight keeps what does not fit.
   if (std::minstd_rand(seed)() % 8 == 0) return mutated;
-  sbrdf::fuzzing::Bytes mended = sbrdf::fuzzing::copy_of(bytes, mutated);
-  sbrdf::fuzzing::mend(mended);
+  sbrdf::internal::fuzzing::Bytes mended = sbrdf::internal::fuzzing::copy_of(bytes, mutated);
+  sbrdf::internal::fuzzing::mend(mended);
   std::memcpy(bytes, mended.data(), mutated);
   return mutated;
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  sbrdf::internal::fuzzing::run(sbrdf::internal::fuzzing::copy_of(bytes, size));
   return 0;
 }

@@ -8,7 +8,7 @@
 
 // Header and index of a sliced file, and all that is made of them before any chunk is read.
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 void run(const Bytes& bytes) {
@@ -35,13 +35,13 @@ void run(const Bytes& bytes) {
 }
 
 }  // namespace
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
-  return sbrdf::fuzzing::mutate_sliced(bytes, size, max_size, seed);
+  return sbrdf::internal::fuzzing::mutate_sliced(bytes, size, max_size, seed);
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  sbrdf::internal::fuzzing::run(sbrdf::internal::fuzzing::copy_of(bytes, size));
   return 0;
 }

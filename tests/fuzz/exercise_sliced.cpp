@@ -9,7 +9,7 @@
 #include "formats/core/byte_source.h"
 #include "tests/fuzz/sliced_file.h"
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 // The scale of a finer bound takes long to make.
@@ -91,4 +91,4 @@ void exercise_sliced(const Bytes& file) {
   write_again(*decoded, {bounded ? decoded->precision : 0, (bits & 1U) != 0 ? ChunkSize::kSplit : ChunkSize::kWhole});
 }
 
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing

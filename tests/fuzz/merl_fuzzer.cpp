@@ -10,7 +10,7 @@
 
 // The MERL reader: what it accepts must be written back bit for bit, and a source must evaluate to finite values.
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 void evaluate_everywhere(const BrdfSource& source) {
@@ -49,18 +49,19 @@ std::size_t reshape(std::uint8_t* bytes, std::size_t size, std::size_t max_size,
 }
 
 }  // namespace
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
   std::minstd_rand random(seed);
   const auto kind = random() % 8;
   if (kind < 3) size = LLVMFuzzerMutate(bytes, size, max_size);
-  if (kind == 1 || kind == 3) size = sbrdf::fuzzing::reshape(bytes, size, max_size, random);
-  if (kind > 1) sbrdf::fuzzing::overwrite_number<double>({bytes, size}, sbrdf::kMerlHeaderSize, random);
+  if (kind == 1 || kind == 3) size = sbrdf::internal::fuzzing::reshape(bytes, size, max_size, random);
+  if (kind > 1)
+    sbrdf::internal::fuzzing::overwrite_number<double>({bytes, size}, sbrdf::internal::kMerlHeaderSize, random);
   return size;
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  sbrdf::internal::fuzzing::run(sbrdf::internal::fuzzing::copy_of(bytes, size));
   return 0;
 }

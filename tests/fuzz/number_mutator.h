@@ -9,7 +9,7 @@
 #include <random>
 #include <span>
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 
 /// Writes a number that is hard on a reader, or a harmless one, over a number of `bytes`, which lie from `first` on.
 template <class T>
@@ -39,4 +39,4 @@ void overwrite_number(std::span<std::uint8_t> bytes, std::size_t first, std::min
   std::memcpy(bytes.data() + first + random() % count * sizeof(T), &value, sizeof(T));
 }
 
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing

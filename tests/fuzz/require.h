@@ -14,7 +14,7 @@ std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::
 std::size_t LLVMFuzzerMutate(std::uint8_t* bytes, std::size_t size, std::size_t max_size);
 }
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 
 using Bytes = std::vector<std::byte>;
 
@@ -31,4 +31,4 @@ inline Bytes copy_of(const std::uint8_t* bytes, std::size_t size) {
   return {view.begin(), view.end()};
 }
 
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing

@@ -10,7 +10,7 @@
 
 // The RGL reader: every field lies within the file, and what loads must evaluate to finite values.
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 void check_fields(const TensorFile& tensors, const Bytes& file) {
@@ -48,7 +48,7 @@ void run(const Bytes& bytes) {
 }
 
 }  // namespace
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
   std::minstd_rand random(seed);
@@ -56,12 +56,12 @@ std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::
   if (kind < 2) return LLVMFuzzerMutate(bytes, size, max_size);
   // Elements may lie at any offset.
   for (std::size_t times = 1 + random() % kind; times > 0; --times) {
-    sbrdf::fuzzing::overwrite_number<float>({bytes, size}, random() % 4, random);
+    sbrdf::internal::fuzzing::overwrite_number<float>({bytes, size}, random() % 4, random);
   }
   return size;
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  sbrdf::internal::fuzzing::run(sbrdf::internal::fuzzing::copy_of(bytes, size));
   return 0;
 }

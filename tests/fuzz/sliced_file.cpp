@@ -7,7 +7,7 @@
 
 #include "formats/core/byte_reader.h"
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 constexpr std::size_t kIndexSizeOffset = 12;
@@ -357,4 +357,4 @@ std::size_t mutate_sliced(std::uint8_t* bytes, std::size_t size, std::size_t max
   return kept;
 }
 
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing

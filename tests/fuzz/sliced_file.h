@@ -9,7 +9,7 @@
 #include "formats/sbrdf/container.h"
 #include "tests/fuzz/require.h"
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 
 /// A sliced file in parts that can be changed one by one. Whether they fit each other is for a reader to say.
 struct SlicedParts {
@@ -31,4 +31,4 @@ std::size_t mutate_sliced(std::uint8_t* bytes, std::size_t size, std::size_t max
 /// agree and, where it decodes, that it is the same after it was written again.
 void exercise_sliced(const Bytes& file);
 
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing

@@ -14,7 +14,7 @@
 // Chunks whose streams are intact but say anything at all. A changed stream hardly ever ends as it must; so the
 // payloads of the input are taken as scripts of residuals and flags, which are coded into streams that do.
 
-namespace sbrdf::fuzzing {
+namespace sbrdf::internal::fuzzing {
 namespace {
 
 constexpr std::uint8_t kSomeDistribution = 41;
@@ -241,13 +241,13 @@ void run(const Bytes& bytes) {
 }
 
 }  // namespace
-}  // namespace sbrdf::fuzzing
+}  // namespace sbrdf::internal::fuzzing
 
 std::size_t LLVMFuzzerCustomMutator(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed) {
-  return sbrdf::fuzzing::mutate_sliced(bytes, size, max_size, seed);
+  return sbrdf::internal::fuzzing::mutate_sliced(bytes, size, max_size, seed);
 }
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
-  sbrdf::fuzzing::run(sbrdf::fuzzing::copy_of(bytes, size));
+  sbrdf::internal::fuzzing::run(sbrdf::internal::fuzzing::copy_of(bytes, size));
   return 0;
 }

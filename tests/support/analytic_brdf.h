@@ -5,7 +5,7 @@
 
 #include "codec/frame/frame.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 struct PairVectors {
   double ix = 0, iy = 0, iz = 0;
@@ -69,4 +69,4 @@ inline double analytic_brdf(const DirectionPair& pair, const Symmetries& symmetr
   return std::exp(exponent);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 
 #include "codec/frame/lattice.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The C2 cubic spline through samples, found by Gaussian elimination over the four coefficients of every segment at
 /// once: each condition of its definition is one row.
@@ -102,4 +102,4 @@ class DenseSpline {
   std::vector<std::vector<long double>> rows_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

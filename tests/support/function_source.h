@@ -9,7 +9,7 @@
 
 #include "converters/source/brdf_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 struct FunctionTraits {
   bool isotropic = false;
@@ -43,4 +43,4 @@ class FunctionSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

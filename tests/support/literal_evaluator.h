@@ -15,7 +15,7 @@
 #include "tests/support/dense_spline.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Frame coordinates of a pair, with the two directions as they are given. The azimuth of a direction at the pole means
 /// nothing; in the elevation frame u is 0 there.
@@ -320,4 +320,4 @@ class LiteralEvaluator {
   std::map<std::size_t, DenseSpline> guides_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 
 #include "codec/file/encoder.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A sliced file for a benchmark; says on standard error why it cannot be read.
 inline Result<DecodedSliced> read_sliced(const char* path) {
@@ -19,4 +19,4 @@ inline Result<DecodedSliced> read_sliced(const char* path) {
   return read;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

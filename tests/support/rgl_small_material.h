@@ -20,7 +20,7 @@
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
 
-namespace sbrdf::rgl_testing {
+namespace sbrdf::internal::rgl_testing {
 
 using Bytes = std::vector<std::byte>;
 using Shape = std::vector<std::uint64_t>;
@@ -134,4 +134,4 @@ inline DirectionPair pair_from_degrees(double theta_i, double phi_i, double thet
   return {direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, phi_v)};
 }
 
-}  // namespace sbrdf::rgl_testing
+}  // namespace sbrdf::internal::rgl_testing

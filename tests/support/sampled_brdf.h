@@ -9,7 +9,7 @@
 
 #include "codec/sampling/adaptive_sampling.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// f_r of one channel.
 using TestFunction = std::function<double(const DirectionPair& pair, std::size_t channel)>;
@@ -55,4 +55,4 @@ inline double place_in_degrees(const Lattice& lattice, const Slice& slice, const
   return left + (right - left) * place.fraction / 65536.0;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -16,7 +16,7 @@
 #include "formats/sbrdf/bundle.h"
 #include "tests/support/rgl_small_material.h"
 
-namespace sbrdf::small_files {
+namespace sbrdf::internal::small_files {
 
 using Bytes = std::vector<std::byte>;
 
@@ -73,4 +73,4 @@ inline Bytes of(std::string_view format) {
   throw std::runtime_error("no small file of the format " + std::string(format));
 }
 
-}  // namespace sbrdf::small_files
+}  // namespace sbrdf::internal::small_files

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Where the measured files lie: the folder that the environment variable SBRDF_TEST_DATA names, else the one that the
 /// build was made with.
@@ -44,16 +44,16 @@ inline std::vector<std::byte> read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal
 
 /// Defines the path `variable` for a test that needs a measured file. Without the folder the test is skipped, or fails
 /// where the data are required; a folder that lacks the file always fails.
-#define SBRDF_FIND_TEST_DATA(variable, relative)                                                             \
-  const std::filesystem::path variable = ::sbrdf::test_data(relative).value_or(std::filesystem::path());     \
-  if (variable.empty()) {                                                                                    \
-    const std::filesystem::path folder = ::sbrdf::test_data_folder();                                        \
-    if (std::filesystem::exists(folder)) FAIL() << (relative) << " is missing from " << folder;              \
-    if (::sbrdf::test_data_is_required()) FAIL() << "no test data: " << folder << " does not exist";         \
-    GTEST_SKIP() << "no test data: " << folder << " does not exist; name another folder by SBRDF_TEST_DATA"; \
-  }                                                                                                          \
+#define SBRDF_FIND_TEST_DATA(variable, relative)                                                                   \
+  const std::filesystem::path variable = ::sbrdf::internal::test_data(relative).value_or(std::filesystem::path()); \
+  if (variable.empty()) {                                                                                          \
+    const std::filesystem::path folder = ::sbrdf::internal::test_data_folder();                                    \
+    if (std::filesystem::exists(folder)) FAIL() << (relative) << " is missing from " << folder;                    \
+    if (::sbrdf::internal::test_data_is_required()) FAIL() << "no test data: " << folder << " does not exist";     \
+    GTEST_SKIP() << "no test data: " << folder << " does not exist; name another folder by SBRDF_TEST_DATA";       \
+  }                                                                                                                \
   static_assert(true)

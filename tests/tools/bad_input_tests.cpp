@@ -11,7 +11,7 @@
 #include "converters/files/format_table.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct BadFile {
@@ -196,4 +196,4 @@ TEST(KurtInput, IsRefusedWithItsName) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

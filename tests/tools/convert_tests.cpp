@@ -11,7 +11,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -398,4 +398,4 @@ TEST(ConvertInterrupted, WhileSamplingLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -14,7 +14,7 @@
 #include "tools/console/options.h"
 #include "tools/io/direction_rows.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -281,4 +281,4 @@ TEST(CsvField, IsQuotedWhereNeeded) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -13,7 +13,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -173,4 +173,4 @@ TEST(LargeTable, IsWrittenReadCopiedAndComparedWithoutItsSizeInMemory) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

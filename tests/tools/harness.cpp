@@ -21,7 +21,7 @@
 
 #include "tests/support/test_data.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr int kNobody = 65534;
@@ -262,4 +262,4 @@ void expect_failure(const ProgramRun& run, int exit_code, const std::string& sub
   EXPECT_THAT(run.err, testing::EndsWith("\n"));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

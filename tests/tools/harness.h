@@ -13,7 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A folder of its own for a test, removed with all that is in it.
 class ScratchFolder {
@@ -105,4 +105,4 @@ std::vector<std::byte> small_sliced();
 /// it.
 void expect_failure(const ProgramRun& run, int exit_code, const std::string& subject, const std::string& fragment);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

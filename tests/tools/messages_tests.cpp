@@ -9,7 +9,7 @@
 
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -131,4 +131,4 @@ TEST(Threads, ThatCannotBeMadeAreDoneWithout) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -158,4 +158,4 @@ TEST_F(Outputs, OfCommandsOnSlicedFilesNeedSuchAndSayWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -222,4 +222,4 @@ TEST(PackHelp, HasAnExample) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -12,7 +12,7 @@
 #include "tests/support/test_data.h"
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::AnyOf;
@@ -201,4 +201,4 @@ TEST(Signal, EndAProgramWhoseReaderHasGone) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

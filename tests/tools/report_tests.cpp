@@ -7,7 +7,7 @@
 
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -230,4 +230,4 @@ TEST(Program, FailsWhereItsOutputIsLost) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 
 #include "tests/tools/harness.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -260,4 +260,4 @@ TEST(Audit, FailsForWhatCannotBeRead) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

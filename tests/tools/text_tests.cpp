@@ -10,7 +10,7 @@
 #include "tests/tools/harness.h"
 #include "tools/console/plain_text.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -200,4 +200,4 @@ TEST_F(HostileText, InAModelOrATextReachesNoTerminal) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -17,7 +17,7 @@
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct AuditOptions {
@@ -119,9 +119,9 @@ int run_audit(const AuditOptions& options) {
     if (!row) return report_error(name, row.error());
     rows.push_back(*row);
     json.push_back(as_json(*row));
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{:.0f}\n", in_quotes(row->material), row->samples, row->values, row->raw,
-                    row->lossless, row->tenth_percent, row->one_percent, row->baseline, row->stream, row->entropy);
+    csv += fmt::format("{},{},{},{},{},{},{},{},{},{:.0f}\n", in_quotes(row->material), row->samples, row->values,
+                       row->raw, row->lossless, row->tenth_percent, row->one_percent, row->baseline, row->stream,
+                       row->entropy);
   }
   if (options.json) {
     print_json(json);
@@ -152,4 +152,4 @@ void add_audit(CLI::App& program, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run_audit(*options); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

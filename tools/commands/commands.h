@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // One file and one function per command. Each adds its command to the program; when the command runs, it leaves its
 // exit code in `exit_code`: 0, or as in ErrorCode, or 128 + the number of a signal.
@@ -19,4 +19,4 @@ void add_audit(CLI::App& program, int& exit_code);
 void add_stress(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -14,7 +14,7 @@
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kMostPairs = 10'000'000'000;
@@ -159,4 +159,4 @@ void add_compare(CLI::App& program, int& exit_code) {
   app->callback([command, &exit_code] { exit_code = run_compare(*command); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

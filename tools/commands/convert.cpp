@@ -19,7 +19,7 @@
 #include "tools/io/outputs.h"
 #include "tools/io/sha256.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct ConvertOptions {
@@ -244,4 +244,4 @@ void add_convert(CLI::App& program, int& exit_code) {
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

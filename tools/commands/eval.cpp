@@ -18,7 +18,7 @@
 #include "tools/io/direction_rows.h"
 #include "tools/io/line_reader.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct EvalOptions {
@@ -208,4 +208,4 @@ void add_eval(CLI::App& program, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run_eval(*options); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

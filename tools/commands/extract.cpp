@@ -19,7 +19,7 @@
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct ExtractOptions {
@@ -143,4 +143,4 @@ void add_extract(CLI::App& program, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run_extract(*options); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

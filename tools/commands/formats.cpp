@@ -10,7 +10,7 @@
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 const char* const kKurtDescription = "Kurt model of a built-in material, or of parameters in a JSON file";
@@ -64,4 +64,4 @@ void add_formats(CLI::App& program, int& exit_code) {
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

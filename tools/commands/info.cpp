@@ -16,7 +16,7 @@
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -220,4 +220,4 @@ void add_info(CLI::App& program, int& exit_code) {
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

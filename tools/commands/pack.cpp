@@ -18,7 +18,7 @@
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 namespace fs = std::filesystem;
@@ -249,4 +249,4 @@ void add_pack(CLI::App& program, int& exit_code) {
   });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -17,7 +17,7 @@
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -278,4 +278,4 @@ void add_reproduce(CLI::App& program, int& exit_code) {
   add_placement(*command, options, exit_code);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -14,7 +14,7 @@
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct StressCommand {
@@ -80,4 +80,4 @@ void add_stress(CLI::App& program, int& exit_code) {
   app->callback([command, &exit_code] { exit_code = run_command(*command); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -14,7 +14,7 @@
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct VerifyOptions {
@@ -124,4 +124,4 @@ void add_verify(CLI::App& program, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = run_verify(*options); });
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

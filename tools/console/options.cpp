@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 // CLI11's own reading of numbers takes -1 for a large count and 010 for eight.
@@ -58,4 +58,4 @@ CLI::Option* add_count(CLI::App& app, const std::string& flag, std::optional<std
   return add_count_to(app, flag, value, range, help);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

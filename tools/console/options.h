@@ -8,7 +8,7 @@
 #include "converters/files/options.h"
 #include "formats/core/numbers.h"  // IWYU pragma: export
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Options whose text number_within or count_within reads; whatever else is given, or is out of range, is a usage error
 /// that names the option. `unit` stands in the help. The value in the variable is the default, shown in the help, or is
@@ -22,4 +22,4 @@ CLI::Option* add_count(CLI::App& app, const std::string& flag, std::uint64_t& va
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::optional<std::uint64_t>& value, CountRange range,
                        const std::string& help);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

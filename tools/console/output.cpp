@@ -17,7 +17,7 @@
 #include "formats/os/interrupt.h"
 #include "tools/console/plain_text.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kMostPending = std::size_t{1} << 20U;  // bytes that are printed before they are handed out
@@ -138,4 +138,4 @@ int finish_output(int exit_code) {
   return static_cast<int>(ErrorCode::kIo);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What the program says and how it ends. Whatever is lost on the way ends with an exit code other than 0: a closed
 /// descriptor, a full disk, a reader that went away.
@@ -38,4 +38,4 @@ void print_json(const nlohmann::ordered_json& json);
 /// program had not failed already.
 [[nodiscard]] int finish_output(int exit_code);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

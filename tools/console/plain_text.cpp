@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct CodePoint {
@@ -120,4 +120,4 @@ std::size_t character_count(std::string_view text) {
   return count;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What is cut off [characters]: longer text is of no use on a terminal, and may be an attack on its reader.
 inline constexpr std::size_t kMostCharacters = 2000;
@@ -22,4 +22,4 @@ inline constexpr std::size_t kMostCharacters = 2000;
 /// Code points, bytes that are no UTF-8 counted one by one: the columns that text takes, roughly.
 [[nodiscard]] std::size_t character_count(std::string_view text);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

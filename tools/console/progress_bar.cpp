@@ -12,7 +12,7 @@
 #include "formats/os/interrupt.h"
 #include "tools/console/terminal.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kFirstShown = 0.3;     // seconds: work that is done sooner shows no bar
@@ -68,4 +68,4 @@ Progress ProgressBar::progress() {
   }};
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 
 #include "converters/source/progress.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A bar on standard error while some work runs; nothing where standard error is not a terminal. The destructor wipes
 /// it off. Whether or not it is seen, its progress() asks the work to stop after an interrupt.
@@ -24,4 +24,4 @@ class ProgressBar {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

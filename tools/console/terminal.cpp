@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kMostInColumn = 200;  // characters of a cell that others stand beside
@@ -47,8 +47,8 @@ void Table::print() const {
       line += row[k];
       if (k + 1 < row.size()) line.append(widths[k] - character_count(row[k]) + 2, ' ');
     }
-    sbrdf::print(line + "\n");
+    sbrdf::internal::print(line + "\n");
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "tools/console/output.h"      // IWYU pragma: export
 #include "tools/console/plain_text.h"  // IWYU pragma: export
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Four significant digits; "-" for NaN, "infinite".
 [[nodiscard]] std::string format_number(double value);
@@ -38,4 +38,4 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

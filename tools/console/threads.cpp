@@ -8,7 +8,7 @@
 
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -40,4 +40,4 @@ void run_with_possible_threads(const std::function<void()>& work) {
   }
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "tools/console/options.h"
 #include "tools/console/plain_text.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array<std::string_view, 4> kNames = {"theta_i", "phi_i", "theta_v", "phi_v"};
@@ -121,4 +121,4 @@ std::string csv_field(std::string_view name) {
   return quoted + "\"";
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

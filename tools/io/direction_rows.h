@@ -8,7 +8,7 @@
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The CSV that `sbrdf eval` reads: a header that begins with theta_i,phi_i,theta_v,phi_v, then one pair of directions
 /// per row [degrees]. Further columns are allowed and not looked at, but each row must have as many fields as the
@@ -42,4 +42,4 @@ struct DirectionRow {
 /// A name as a CSV field: in quotes where it needs them.
 [[nodiscard]] std::string csv_field(std::string_view name);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "converters/source/progress.h"
 #include "formats/os/interrupt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
@@ -55,4 +55,4 @@ Result<std::vector<std::string_view>> LineReader::next() {
   return lines;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

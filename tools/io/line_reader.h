@@ -6,7 +6,7 @@
 
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Reads lines from standard input as they come: a block holds the whole lines that have arrived, so that a program
 /// that writes one line and waits gets its answer.
@@ -24,4 +24,4 @@ class LineReader {
   bool at_end_ = false;
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

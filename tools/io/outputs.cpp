@@ -11,7 +11,7 @@
 #include "converters/files/format_table.h"
 #include "formats/os/files.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 bool is_same_file(const struct stat& status, const std::string& path) {
@@ -56,4 +56,4 @@ Status check_output(const std::string& out, const Format* written, std::span<con
                   kept->extension, what));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include "converters/files/format.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Whether a command may write `out`, asked before it begins: a file can be made there (check_destination), and nothing
 /// is lost that nobody meant to lose. `written` is the format; nullptr for a table of figures. `inputs` are what the
@@ -20,4 +20,4 @@ namespace sbrdf {
 /// kUsage where something would be lost, kIo as check_destination.
 [[nodiscard]] Status check_output(const std::string& out, const Format* written, std::span<const std::string> inputs);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -12,7 +12,7 @@
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20U;
@@ -42,4 +42,4 @@ std::string sha256_of(const std::filesystem::path& path) {
   return text;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

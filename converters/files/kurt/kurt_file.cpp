@@ -5,7 +5,7 @@
 
 #include "converters/models/kurt.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::string_view kExtension = ".json";
@@ -54,4 +54,4 @@ Result<std::unique_ptr<BrdfSource>> open_kurt_file(const ByteSource& bytes) {
   return make_kurt_source(*model);
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -7,7 +7,7 @@
 
 #include "converters/files/format.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Analytic sources as files and by name. A name needs no file system, so that a library can offer it, too; the file in
 // "kurt:FILE.json" is opened by whoever may open files, and read by open_kurt_file.
@@ -30,4 +30,4 @@ inline constexpr std::uint64_t kKurtLargestFile = std::uint64_t{1} << 20U;
 [[nodiscard]] Match recognise_kurt_file(std::span<const std::byte> head);
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_kurt_file(const ByteSource& bytes);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -13,7 +13,7 @@
 
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 namespace {
 
@@ -219,4 +219,4 @@ Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> 
   return std::unique_ptr<BrdfSource>(*std::move(source));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

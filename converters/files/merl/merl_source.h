@@ -10,7 +10,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/merl/merl.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// Largest f_r that a table may hold: weighted sums of such values still fit a float.
 inline constexpr double kMerlLargest = 1e38;
@@ -74,4 +74,4 @@ class MerlSource final : public BrdfSource {
 /// Opens a MERL file: the row of the format table.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

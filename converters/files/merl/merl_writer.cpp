@@ -14,7 +14,7 @@
 #include "formats/core/numbers.h"
 #include "formats/core/parallel.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// On disk, in every channel of a cell that has no value.
@@ -231,4 +231,4 @@ Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& option
   return ok_status();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 #include "converters/files/format.h"
 #include "formats/merl/merl.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// What a resampled table lost against its source. Counts are of cells.
 struct MerlReport {
@@ -43,4 +43,4 @@ Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shap
                                const Progress& progress);
 [[nodiscard]] std::span<const OptionSpec> merl_options();
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

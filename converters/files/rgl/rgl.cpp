@@ -15,7 +15,7 @@
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::string_view kFourierMagic = "SCATFUN\x01";
@@ -181,4 +181,4 @@ Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> b
   return viewed ? load_rgl(*(*viewed)->view()) : viewed.error();
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -8,7 +8,7 @@
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // Files of the RGL material database (Dupuy & Jakob, "An Adaptive Parameterization for Efficient Material Acquisition
 // and Rendering", 2018), specs/rgl.md. Nothing is lost in reading: values are evaluated as the database's own loader
@@ -32,4 +32,4 @@ inline constexpr double kRglMinCosine = 1e-6;
 /// The same for a file: the row of the format table.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// A position along an axis: the node before it, and how far it is to the next in [0, 1].
@@ -150,4 +150,4 @@ std::array<double, kRglChannelCount> RglColours::at(const RglPoint& u, const Rgl
   return colour;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

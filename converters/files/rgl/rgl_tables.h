@@ -7,7 +7,7 @@
 
 #include "formats/rgl/rgl_material.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The tables of an RGL material, laid out for evaluation: what one lookup reads lies together. All of them are
 // functions on the unit square that are bilinear between nodes, and linear between the slices for the nodes of phi_i
@@ -82,4 +82,4 @@ class RglColours {
   std::vector<float> values_;  ///< [slice, y, x, channel]
 };
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

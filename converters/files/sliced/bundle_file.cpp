@@ -6,7 +6,7 @@
 #include "converters/files/sliced/sliced.h"
 #include "formats/sbrdf/bundle.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// A material with the bundle that its body lies in.
@@ -52,4 +52,4 @@ Result<std::unique_ptr<BrdfSource>> open_bundle(std::shared_ptr<const ByteSource
 
 std::span<const OptionSpec> bundle_options() { return kOptions; }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include "converters/files/format.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// The bytes of one material of a bundle (specs/sbrdfz.md): a sliced file. Keeps the bundle for as long as it lives.
 /// kUsage, with the names nearest to it, where there is none of that name.
@@ -19,4 +19,4 @@ namespace sbrdf {
                                                               const Options& options);
 [[nodiscard]] std::span<const OptionSpec> bundle_options();
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

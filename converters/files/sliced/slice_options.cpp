@@ -11,7 +11,7 @@
 #include "converters/slicing/names.h"
 #include "formats/core/numbers.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint64_t kMostBytes = 1'000'000'000;
@@ -229,4 +229,4 @@ SliceOptions slice_options(const Options& options) {
   return slices;
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -5,7 +5,7 @@
 #include "converters/files/options.h"
 #include "converters/slicing/slicing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 // The texts that options of sliced files hold, and the SliceOptions that they mean. A name such as "half-difference" is
 // written down once, in converters/slicing/names.h.
@@ -23,4 +23,4 @@ namespace sbrdf {
 /// What the texts mean, defaults where there are none. They have passed check_options and check_slice_options.
 [[nodiscard]] SliceOptions slice_options(const Options& options);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

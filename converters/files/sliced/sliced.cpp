@@ -8,7 +8,7 @@
 #include "converters/slicing/metadata.h"
 #include "converters/slicing/slicing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
@@ -88,4 +88,4 @@ Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& opti
   return sink.write(0, encode_sliced(slicing->sliced, slicing->lattice, slices.encoding));
 }
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

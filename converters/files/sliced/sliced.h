@@ -8,7 +8,7 @@
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 
 /// A sliced BRDF that can be evaluated. Reciprocal by construction.
 class SlicedSource final : public BrdfSource {
@@ -35,4 +35,4 @@ class SlicedSource final : public BrdfSource {
 [[nodiscard]] Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                                  const Progress& progress);
 
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

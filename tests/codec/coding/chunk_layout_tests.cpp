@@ -13,7 +13,7 @@
 #include "codec/coding/guide_steps.h"
 #include "codec/file/index.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Point = std::array<std::uint32_t, kAxisCount>;
@@ -291,4 +291,4 @@ TEST(SetWeights, GivesBackEveryPolynomialThatTheMembersDetermine) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array kBounds = {1e-6, 1e-3, 0.01, 0.5};
@@ -257,4 +257,4 @@ TEST(LosslessScale, HasTheBitsAsStepsWhateverTheSmallestValue) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -357,4 +357,4 @@ TEST(Rans, RefusesAFirstStateThatNoEncoderLeaves) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -22,7 +22,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::StartsWith;
@@ -763,4 +763,4 @@ TEST(DecodeSliced, GivesBackOnlyWhatMayBeWritten) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

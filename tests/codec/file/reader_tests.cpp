@@ -15,7 +15,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::StartsWith;
@@ -635,4 +635,4 @@ TEST(CellOf, IsTheCellBetweenWhoseNodesThePairLies) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

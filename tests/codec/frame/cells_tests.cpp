@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 const std::vector<std::vector<double>>& various_axes() {
@@ -71,4 +71,4 @@ TEST(CellsPerDegree, IsZeroForAnAxisOfOneNode) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -12,7 +12,7 @@
 
 #include "tests/support/analytic_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -367,4 +367,4 @@ TEST(FindGeometry, KnowsOnlyTheNumbersOfTheFormat) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

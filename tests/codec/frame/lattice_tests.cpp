@@ -14,7 +14,7 @@
 
 #include "tests/support/analytic_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 Lattice lattice_of(double elevation_step, double azimuth_step, const Symmetries& symmetries = {}) {
@@ -417,4 +417,4 @@ TEST(Fold, IsTheTriangleWaveOfAMirroredSliceTheSawtoothOfAPeriodicOneAndTheClamp
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 std::vector<Lattice> various_lattices() {
@@ -73,4 +73,4 @@ TEST(FirstLines, AreWhereEachSliceIsMetFirst) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

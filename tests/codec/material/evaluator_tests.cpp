@@ -16,7 +16,7 @@
 
 #include "tests/support/literal_evaluator.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::array kDomains = {DomainKind::kLinear, DomainKind::kLog};
@@ -504,4 +504,4 @@ TEST(Evaluator, KeepsNegativeValues) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

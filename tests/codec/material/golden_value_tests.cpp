@@ -23,7 +23,7 @@
 #include "tests/support/literal_evaluator.h"
 #include "tests/support/test_data.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 /// Both frames, both domains, negatives and zeros, guides, mirrors, isotropic and not.
@@ -199,4 +199,4 @@ TEST(GoldenValues, AreThoseOfALiteralReadingOfTheEquations) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -10,7 +10,7 @@
 
 #include "tests/support/dense_spline.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 struct Case {
@@ -240,4 +240,4 @@ TEST(SplineSegment, IsExactAtBothEndsHoweverFarApartTheValues) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 ValueDomain log_domain(float reference, float floor) { return {DomainKind::kLog, {reference}, {floor}}; }
@@ -149,4 +149,4 @@ TEST(ChooseLogDomain, DoesNotDependOnTheOrderOfTheValues) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

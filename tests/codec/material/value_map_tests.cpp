@@ -8,7 +8,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kChannels = 5;
@@ -75,4 +75,4 @@ TEST(ValueMapDeathTest, StopsAtChannelsThatAreNotThere) {
 #endif
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -15,7 +15,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::ElementsAre;
@@ -379,4 +379,4 @@ TEST(AdaptiveSampling, EndsWithTheErrorOfAMeasurementThatFails) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

@@ -9,7 +9,7 @@
 #include "codec/search/moves.h"
 #include "codec/search/starts.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -95,4 +95,4 @@ TEST(RegularStarts, FitTheBudgetAndAreNoMoreThanAskedFor) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

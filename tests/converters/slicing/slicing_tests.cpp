@@ -19,7 +19,7 @@
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/function_source.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -227,4 +227,4 @@ TEST(SlicedFabric112, GetsBetterWithMoreSamples) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal

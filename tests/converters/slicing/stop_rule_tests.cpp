@@ -10,7 +10,7 @@
 #include "converters/models/kurt.h"
 #include "converters/slicing/slicing.h"
 
-namespace sbrdf {
+namespace sbrdf::internal {
 namespace {
 
 using testing::HasSubstr;
@@ -169,4 +169,4 @@ TEST(StopRule, RefusesATargetWhereNoStructureCanBe) {
 }
 
 }  // namespace
-}  // namespace sbrdf
+}  // namespace sbrdf::internal
