@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -24,10 +25,11 @@ class ByteSink {
   [[nodiscard]] virtual Status write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
 };
 
-/// A file that stays in memory. Not for several threads at once.
+/// A file that stays in memory.
 class MemorySink final : public ByteSink {
  public:
   [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override {
+    const std::scoped_lock lock(growing_);
     const auto first = static_cast<std::size_t>(offset);
     if (bytes_.size() < first + bytes.size()) bytes_.resize(first + bytes.size());
     std::copy(bytes.begin(), bytes.end(), bytes_.begin() + static_cast<std::ptrdiff_t>(first));
@@ -36,6 +38,7 @@ class MemorySink final : public ByteSink {
   [[nodiscard]] std::vector<std::byte> take() && { return std::move(bytes_); }
 
  private:
+  std::mutex growing_;
   std::vector<std::byte> bytes_;
 };
 

@@ -1,20 +1,19 @@
-// Uses something of each installed layer, so that each archive and all that it links must be found.
-#include <array>
+// Another project, which knows the installed header only: f_r of each file in the directions 30, 0, 45, 180 degrees.
+#include <sbrdf/sbrdf.h>
 
-#include "codec/frame/frame.h"
-#include "converters/files/format_table.h"
-#include "converters/models/kurt.h"
-#include "formats/core/directions.h"
+#include <cstdio>
 
-int main() {
-  const auto model = sbrdf::internal::kurt_material("fabric112");
-  if (!model.ok() || !sbrdf::internal::elevation_frame(14, 36, {}).ok()) return 1;
-
-  const auto source = sbrdf::internal::make_kurt_source(*model);
-  const std::array pairs = {sbrdf::internal::DirectionPair{{0.5, 0}, {0.7, 1}}};
-  std::array<float, 3> values{};
-  source->evaluate(pairs, values);
-
-  const bool refuses_nothing = !sbrdf::find_writer("").ok();
-  return values[0] > 0 && refuses_nothing ? 0 : 2;
+int main(int argc, char** argv) {
+  for (int k = 1; k < argc; ++k) {
+    const auto material = sbrdf::Material::open(argv[k]);
+    if (!material) return std::fprintf(stderr, "%s: %s\n", argv[k], material.error().message.c_str()), 1;
+    std::vector<float> f_r(material->channel_count());
+    material->evaluate(sbrdf::pair_from_degrees(30, 0, 45, 180), f_r);
+    for (std::size_t c = 0; c < f_r.size(); ++c) {
+      std::printf("%s%.9g", c == 0 ? "" : ",", static_cast<double>(f_r[c]));
+    }
+    std::printf("\n");
+  }
+  const auto missing = sbrdf::Material::open("no such file");
+  return missing || missing.error().code != sbrdf::ErrorCode::kIo ? 2 : 0;
 }

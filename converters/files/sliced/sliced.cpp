@@ -51,14 +51,20 @@ Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& 
 
 }  // namespace
 
-SlicedSource::SlicedSource(DecodedSliced decoded)
-    : decoded_(std::move(decoded)), evaluator_(decoded_.sliced, decoded_.lattice) {
-  traits_.format = "sbrdf";
-  traits_.description = "sliced BRDF, " + std::string(geometry(decoded_.sliced.frame.id).name()) + " frame";
-  traits_.channels = decoded_.sliced.channels;
-  traits_.isotropic = decoded_.sliced.frame.symmetries.isotropic;
-  traits_.reciprocal = true;
+SourceTraits sliced_traits(const SlicedBrdf& sliced) {
+  SourceTraits traits;
+  traits.format = "sbrdf";
+  traits.description = "sliced BRDF, " + std::string(geometry(sliced.frame.id).name()) + " frame";
+  traits.channels = sliced.channels;
+  traits.isotropic = sliced.frame.symmetries.isotropic;
+  traits.reciprocal = true;
+  return traits;
 }
+
+SlicedSource::SlicedSource(DecodedSliced decoded)
+    : decoded_(std::move(decoded)),
+      traits_(sliced_traits(decoded_.sliced)),
+      evaluator_(decoded_.sliced, decoded_.lattice) {}
 
 void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
   const std::size_t channels = channel_count();

@@ -10,6 +10,9 @@
 
 namespace sbrdf::internal {
 
+/// What holds for a sliced BRDF, or for a part of one.
+[[nodiscard]] SourceTraits sliced_traits(const SlicedBrdf& sliced);
+
 /// A sliced BRDF that can be evaluated. Reciprocal by construction.
 class SlicedSource final : public BrdfSource {
  public:

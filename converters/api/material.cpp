@@ -1,0 +1,263 @@
+#include <sbrdf/sbrdf.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "codec/file/reader.h"
+#include "converters/files/by_name.h"
+#include "converters/files/format_table.h"
+#include "converters/files/kurt/kurt_file.h"
+#include "converters/files/sliced/sliced.h"
+#include "formats/core/parallel.h"
+#include "formats/os/atomic_file.h"
+#include "formats/os/files.h"
+
+namespace sbrdf {
+namespace {
+
+using Bytes = std::shared_ptr<const internal::ByteSource>;
+using Status = Result<std::monostate>;
+
+constexpr std::size_t kBlock = 256;  // pairs translated and evaluated at a time
+
+Error error_of(const internal::Error& error) {
+  return {static_cast<ErrorCode>(error.code), error.message, error.offset};
+}
+
+internal::DirectionPair pair_of(const DirectionPair& pair) {
+  return {{pair.i.theta, pair.i.phi}, {pair.v.theta, pair.v.phi}};
+}
+
+internal::Direction direction_of(const std::array<float, 3>& w) {
+  return internal::direction_from_vector({w[0], w[1], w[2]});
+}
+
+Traits traits_of(const internal::SourceTraits& traits) {
+  Traits copy = {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
+  for (const internal::Finding& finding : traits.findings) {
+    copy.findings.push_back({finding.what, finding.count, finding.total});
+  }
+  return copy;
+}
+
+internal::Options options_of(const Options& options) {
+  internal::Options given;
+  for (const auto& [name, text] : options) given.set(name, text);
+  return given;
+}
+
+internal::Progress progress_of(const Progress& progress) { return {progress}; }
+
+}  // namespace
+
+struct [[gnu::visibility("hidden")]] Material::State {
+  Traits traits;
+  std::string metadata;
+  std::unique_ptr<const internal::BrdfSource> source;  ///< of a whole material
+  std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
+
+  static Result<Material> open(Bytes bytes, const OpenOptions& options);
+  static Result<Material> open_built_in(const std::string& name, const OpenOptions& options);
+  static Result<Material> open_whole(Bytes bytes, const Options& options);
+  static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
+  static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
+
+  void evaluate(std::span<const internal::DirectionPair> pairs, std::span<float> values) const {
+    if (source) return source->evaluate(pairs, values);
+    const std::size_t channels = traits.channels.size();
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const std::span<float> own = values.subspan(k * channels, channels);
+      if (!part->evaluate(pairs[k], own)) std::fill(own.begin(), own.end(), std::nanf(""));
+    }
+  }
+
+  /// `pair_at(k)` for k in [0, count), translated into arrays of a fixed size.
+  template <class PairAt>
+  void evaluate_blocks(std::size_t count, const PairAt& pair_at, std::span<float> values) const {
+    const std::size_t channels = traits.channels.size();
+    assert(values.size() == count * channels);
+    internal::parallel_for((count + kBlock - 1) / kBlock, [&](std::uint64_t block) {
+      const auto first = static_cast<std::size_t>(block) * kBlock;
+      const std::size_t size = std::min(kBlock, count - first);
+      std::array<internal::DirectionPair, kBlock> pairs;
+      for (std::size_t k = 0; k < size; ++k) pairs[k] = pair_at(first + k);
+      evaluate(std::span(pairs).first(size), values.subspan(first * channels, size * channels));
+    });
+  }
+};
+
+namespace {
+
+Status check_part(const Part& part) {
+  if (!(part.theta_max_deg > 0 && part.theta_max_deg <= 90)) {
+    return Error{ErrorCode::kUsage, "a part's theta_max_deg must be above 0 and at most 90", {}};
+  }
+  if (part.level < 0 || part.level > internal::kMaxDepth) {
+    return Error{ErrorCode::kUsage, "a part's level must be 0 to " + std::to_string(internal::kMaxDepth), {}};
+  }
+  return std::monostate{};
+}
+
+internal::CellSet cells_of(const Part& part, const internal::Lattice& lattice) {
+  if (part.pairs.empty()) {
+    const internal::DirectionBox box = {0, part.theta_max_deg, 0, 0};
+    return internal::cells_in(lattice, box, box);
+  }
+  const double theta_max = internal::radians_from_degrees(part.theta_max_deg);
+  std::vector<internal::DirectionPair> pairs;
+  for (const DirectionPair& pair : part.pairs) {
+    if (pair.i.theta <= theta_max && pair.v.theta <= theta_max) pairs.push_back(pair_of(pair));
+  }
+  return internal::cells_of(lattice, pairs);
+}
+
+}  // namespace
+
+Result<Material> Material::State::open_whole(Bytes bytes, const Options& options) {
+  internal::Result<std::unique_ptr<internal::BrdfSource>> source =
+      internal::open_source(std::move(bytes), options_of(options));
+  if (!source) return error_of(source.error());
+  return make_whole(*std::move(source));
+}
+
+Material Material::State::make_whole(std::unique_ptr<internal::BrdfSource> source) {
+  auto state = std::make_shared<State>();
+  state->traits = traits_of(source->traits());
+  if (const internal::DecodedSliced* sliced = source->sliced()) state->metadata = sliced->sliced.metadata;
+  state->source = std::move(source);
+  return Material(std::move(state));
+}
+
+Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOptions& options) {
+  if (Status possible = check_part(*options.part); !possible) return possible.error();
+  const internal::Result<const internal::Format*> format = internal::recognise(*bytes);
+  if (!format) return error_of(format.error());
+  if (!(*format)->capabilities.has(internal::Capability::kParts)) {
+    return Error{ErrorCode::kUnsupported, std::string((*format)->extension) + " files cannot be loaded in part", {}};
+  }
+  const internal::Result<internal::SlicedReader> reader = internal::SlicedReader::open(*bytes);
+  if (!reader) return error_of(reader.error());
+  const internal::CellSet cells = cells_of(*options.part, reader->lattice());
+  internal::Result<internal::PartialSliced> part = reader->load(cells, options.part->level);
+  if (!part) return error_of(part.error());
+  internal::Result<std::string> metadata = reader->metadata();
+  if (!metadata) return error_of(metadata.error());
+  auto state = std::make_shared<State>();
+  state->traits = traits_of(internal::sliced_traits(part->sliced()));
+  state->metadata = *std::move(metadata);
+  state->part.emplace(*std::move(part));
+  return Material(std::move(state));
+}
+
+Result<Material> Material::State::open_built_in(const std::string& name, const OpenOptions& options) {
+  if (options.part) return Error{ErrorCode::kUnsupported, "a built-in material cannot be loaded in part", {}};
+  if (!options.format.empty()) {
+    return Error{ErrorCode::kUsage, "--" + options.format.begin()->first + ": a built-in material has no options", {}};
+  }
+  internal::Result<std::unique_ptr<internal::BrdfSource>> source = internal::open_named(name);
+  if (!source) return error_of(source.error());
+  return make_whole(*std::move(source));
+}
+
+Result<Material> Material::State::open(Bytes bytes, const OpenOptions& options) {
+  return options.part ? open_part(bytes, options) : open_whole(std::move(bytes), options.format);
+}
+
+Result<Material> Material::open(const std::string& name, const OpenOptions& options) {
+  const std::optional<std::string_view> parameters = internal::file_in_name(name);
+  if (internal::is_named(name) && !parameters) return State::open_built_in(name, options);
+  internal::Result<Bytes> bytes =
+      parameters ? internal::open_file(std::string(*parameters)) : internal::open_named_bytes(name);
+  if (!bytes) return error_of(bytes.error());
+  return State::open(*std::move(bytes), options);
+}
+
+Result<Material> Material::open(std::vector<std::byte> bytes, const OpenOptions& options) {
+  return State::open(std::make_shared<internal::OwnedMemorySource>(std::move(bytes)), options);
+}
+
+Result<Material> Material::open(std::uint64_t size, ReadRange read, const OpenOptions& options) {
+  const auto read_range = [read = std::move(read)](std::uint64_t offset, std::span<std::byte> target) {
+    std::optional<Error> error = read(offset, target);
+    if (!error) return internal::ok_status();
+    return internal::Status(
+        internal::Error{static_cast<internal::ErrorCode>(error->code), std::move(error->message), error->offset});
+  };
+  return State::open(std::make_shared<internal::CallbackSource>(size, read_range), options);
+}
+
+Material::Material(std::shared_ptr<const State> state) : state_(std::move(state)) {}
+
+const Traits& Material::traits() const { return state_->traits; }
+const std::string& Material::metadata() const { return state_->metadata; }
+
+void Material::evaluate(const DirectionPair& pair, std::span<float> values) const {
+  assert(values.size() == channel_count());
+  const std::array pairs = {pair_of(pair)};
+  state_->evaluate(pairs, values);
+}
+
+void Material::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  state_->evaluate_blocks(
+      pairs.size(), [&](std::size_t k) { return pair_of(pairs[k]); }, values);
+}
+
+void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
+                        std::span<float> values) const {
+  assert(w_i.size() == w_v.size());
+  const auto pair_at = [&](std::size_t k) {
+    return internal::DirectionPair{direction_of(w_i[k]), direction_of(w_v[k])};
+  };
+  state_->evaluate_blocks(w_i.size(), pair_at, values);
+}
+
+bool Material::covers(const DirectionPair& pair) const { return !state_->part || state_->part->covers(pair_of(pair)); }
+
+namespace {
+
+/// A writer is given the bytes and the report of `source` as a file of `format`.
+Result<Report> write(const internal::Format& format, const internal::BrdfSource* source, internal::ByteSink& sink,
+                     const SaveOptions& options) {
+  if (source == nullptr) return Error{ErrorCode::kUnsupported, "a part of a material cannot be saved", {}};
+  internal::Report told;
+  const internal::Status saved =
+      internal::save_source(format, *source, sink, options_of(options.format), told, progress_of(options.progress));
+  if (!saved) return error_of(saved.error());
+  Report report = {std::string(format.name), told.bytes, {}};
+  for (const internal::Remark& remark : told.remarks) {
+    report.remarks.push_back({remark.key, remark.value, remark.text});
+  }
+  return report;
+}
+
+}  // namespace
+
+Result<Report> Material::save(const std::string& path, const SaveOptions& options) const {
+  const internal::Result<const internal::Format*> format = internal::find_writer(internal::extension_of(path));
+  if (!format) return error_of(format.error());
+  const internal::Result<std::unique_ptr<internal::AtomicFile>> file = internal::AtomicFile::create(path);
+  if (!file) return error_of(file.error());
+  Result<Report> report = write(**format, state_->source.get(), **file, options);
+  if (!report) return report;
+  if (const internal::Status written = (*file)->commit(); !written) return error_of(written.error());
+  return report;
+}
+
+Result<SavedBytes> Material::save_to_memory(std::string_view extension, const SaveOptions& options) const {
+  const internal::Result<const internal::Format*> format = internal::find_writer(extension);
+  if (!format) return error_of(format.error());
+  internal::MemorySink sink;
+  Result<Report> report = write(**format, state_->source.get(), sink, options);
+  if (!report) return report.error();
+  return SavedBytes{std::move(sink).take(), *std::move(report)};
+}
+
+DirectionPair pair_from_degrees(double theta_i_deg, double phi_i_deg, double theta_v_deg, double phi_v_deg) {
+  const internal::Direction i = internal::direction_from_degrees(theta_i_deg, phi_i_deg);
+  const internal::Direction v = internal::direction_from_degrees(theta_v_deg, phi_v_deg);
+  return {{i.theta, i.phi}, {v.theta, v.phi}};
+}
+
+const char* version() { return SBRDF_VERSION; }
+
+}  // namespace sbrdf
