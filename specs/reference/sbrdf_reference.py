@@ -23,7 +23,7 @@ import zstandard
 
 MAGIC = b"\x89SBRDF\r\n"
 ELEVATION, HALF_DIFFERENCE = 1, 2
-MAX_LEVEL = 2**31 - 1
+MAX_STEP = 2**31 - 1
 FRACTIONS = 65536
 RESIDUAL_CONTEXTS, FLAG_CONTEXTS, DISTRIBUTIONS = 66, 48, 112
 KINDS = ("axial", "diagonal", "horizontal", "vertical")
@@ -231,9 +231,9 @@ class Index:
             self.step_ratio = reader.number("d")
             self.lowest = reader.number("i")
             need(0 < self.bound < 1, "SB-2-11", f"bound {self.bound}")
-            need(1 <= self.per_octave <= 2**20, "SB-2-11", f"{self.per_octave} levels per octave")
+            need(1 <= self.per_octave <= 2**20, "SB-2-11", f"{self.per_octave} steps per octave")
             need(1 < self.step_ratio <= 2, "SB-2-11", f"ratio {self.step_ratio}")
-            need(abs(self.lowest) <= 2**29, "SB-2-11", f"lowest level {self.lowest}")
+            need(abs(self.lowest) <= 2**29, "SB-2-11", f"lowest step {self.lowest}")
 
     def read_statistics(self, reader):
         self.base_channel = reader.count()
@@ -538,39 +538,39 @@ def payloads(container, index, count):
     return found
 
 
-# ---- 4. Levels of values ---------------------------------------------------------------------------------------------
+# ---- 4. Steps of values ---------------------------------------------------------------------------------------------
 
 
-class LevelScale:
-    """Values of levels."""
+class StepScale:
+    """Values of steps."""
 
     def __init__(self, index):
         self.lossless = index.lossless
         if not self.lossless:
             self.per_octave = index.per_octave
             self.lowest = index.lowest
-            self.steps = [1.0]
-            while len(self.steps) < self.per_octave:
-                self.steps.append(self.steps[-1] * index.step_ratio)
+            self.series = [1.0]
+            while len(self.series) < self.per_octave:
+                self.series.append(self.series[-1] * index.step_ratio)
 
-    def magnitude(self, level):
-        if level == 0:
+    def magnitude(self, step):
+        if step == 0:
             return 0.0
         if self.lossless:
-            return struct.unpack("<f", struct.pack("<I", level))[0] if level < 2**31 else math.inf
-        octave, step = divmod(level - 1 + self.lowest, self.per_octave)
+            return struct.unpack("<f", struct.pack("<I", step))[0] if step < 2**31 else math.inf
+        octave, place = divmod(step - 1 + self.lowest, self.per_octave)
         try:
-            return as_f32(math.ldexp(self.steps[step], octave))
+            return as_f32(math.ldexp(self.series[place], octave))
         except OverflowError:
             return math.inf
 
-    def value(self, level):
-        magnitude = self.magnitude(abs(level))
+    def value(self, step):
+        magnitude = self.magnitude(abs(step))
         need(math.isfinite(magnitude), "SB-8-4", "a value is not finite")
-        return -magnitude if level < 0 else magnitude
+        return -magnitude if step < 0 else magnitude
 
-    def guide_value(self, level):
-        return self.value(level) if self.lossless else as_f32(level / 2048)
+    def guide_value(self, step):
+        return self.value(step) if self.lossless else as_f32(step / 2048)
 
 
 # ---- 5. Entropy coding -----------------------------------------------------------------------------------------------
@@ -675,19 +675,19 @@ class Stream:
 
 
 class Sample:
-    """Levels and sizes of residuals of the channels, and where the sample lies on its slice."""
+    """Steps and sizes of residuals of the channels, and where the sample lies on its slice."""
 
-    def __init__(self, levels, residuals, level=0, interval=0, fraction=0, position=0.0):
-        self.levels = levels
+    def __init__(self, steps, residuals, depth=0, interval=0, fraction=0, position=0.0):
+        self.steps = steps
         self.residuals = residuals
-        self.level = level
+        self.depth = depth
         self.interval = interval
         self.fraction = fraction
         self.position = position
 
     def on_slice(self, interval, position):
         """This crossing as a node of a slice."""
-        return Sample(self.levels, self.residuals, 0, interval, 0, position)
+        return Sample(self.steps, self.residuals, 0, interval, 0, position)
 
 
 class Stencil:
@@ -707,19 +707,19 @@ class Stencil:
                 if j != k:
                     weight = weight * ((x - x_j) / (x_k - x_j))
             weights.append(weight)
-        return Stencil(members, weights, spread_of([member.levels[base_channel] for member in members]))
+        return Stencil(members, weights, spread_of([member.steps[base_channel] for member in members]))
 
 
-def spread_of(levels):
-    n = len(levels)
+def spread_of(steps):
+    n = len(steps)
     if n < 2:
         return 2**28
-    total = sum(levels)
-    return 4 * sum(abs(n * level - total) for level in levels) // n**2
+    total = sum(steps)
+    return 4 * sum(abs(n * step - total) for step in steps) // n**2
 
 
 def round_within(x):
-    return math.floor(min(max(x, float(-MAX_LEVEL)), float(MAX_LEVEL)) + 0.5)
+    return math.floor(min(max(x, float(-MAX_STEP)), float(MAX_STEP)) + 0.5)
 
 
 class SampleCoder:
@@ -742,31 +742,31 @@ class SampleCoder:
         h = v >> (o - 1) & 1 if o else 0
         return min(15, 1 + 2 * o + h)
 
-    def flag(self, stream, level, left, right, before):
+    def flag(self, stream, depth, left, right, before):
         activity = 8 * (left.residuals[self.base] + right.residuals[self.base])
-        context = (8 * (min(level, 6) - 1) + 2 * min(3, (self.activity_class(activity) + 2) // 4) + int(before))
+        context = (8 * (min(depth, 6) - 1) + 2 * min(3, (self.activity_class(activity) + 2) // 4) + int(before))
         return stream.flag(self.flags[context])
 
     def channels(self, stream, stencil, base_context, other_context, classes=True):
-        """Levels and sizes of residuals at the place of a stencil."""
+        """Steps and sizes of residuals at the place of a stencil."""
         members, n, base = stencil.members, len(stencil.members), self.base
-        levels, sizes = [0] * self.channel_count, [0] * self.channel_count
+        steps, sizes = [0] * self.channel_count, [0] * self.channel_count
 
         def read(channel, prediction, context, activity):
             context += self.activity_class(activity) if classes else 0
             residual = stream.residual(self.tables[context])
-            levels[channel] = round_within(prediction) + residual
-            need(-MAX_LEVEL - 1 <= levels[channel] <= MAX_LEVEL, stream.clause, "a level outside the range of an i32")
-            sizes[channel] = min(abs(residual), MAX_LEVEL)
+            steps[channel] = round_within(prediction) + residual
+            need(-MAX_STEP - 1 <= steps[channel] <= MAX_STEP, stream.clause, "a step outside the range of an i32")
+            sizes[channel] = min(abs(residual), MAX_STEP)
 
         def weighted(channel):
             total = 0.0
             for weight, member in zip(stencil.weights, members):
-                total = total + weight * member.levels[channel]
+                total = total + weight * member.steps[channel]
             return total
 
         def mean(channel):
-            return float(sum(member.levels[channel] for member in members)) / n if n else 0.0
+            return float(sum(member.steps[channel] for member in members)) / n if n else 0.0
 
         def mean_residual(channel):
             return sum(member.residuals[channel] for member in members) // n if n else 0
@@ -780,13 +780,13 @@ class SampleCoder:
             channel_mean = mean(channel)
             x = y = self.start_term
             for member in members:
-                base_part = member.levels[base] - base_mean
-                x = x + base_part * (member.levels[channel] - channel_mean)
+                base_part = member.steps[base] - base_mean
+                x = x + base_part * (member.steps[channel] - channel_mean)
                 y = y + base_part * base_part
-            prediction = weighted(channel) + (x / y) * (levels[base] - base_prediction)
+            prediction = weighted(channel) + (x / y) * (steps[base] - base_prediction)
             read(channel, prediction, other_context, 16 * mean_residual(channel) + sizes[base] // 2 + 16 * before)
             before = sizes[channel]
-        return levels, sizes
+        return steps, sizes
 
 
 class CrossingReader:
@@ -872,31 +872,31 @@ class SampledSlice:
                 return self.known[mirrored], 2 * end.position - self.known[mirrored].position
         return None
 
-    def read_level(self, stream, coder, level, contexts):
-        """Reads the samples of one level; returns how many there were."""
+    def read_depth(self, stream, coder, depth, contexts):
+        """Reads the samples of one depth; returns how many there were."""
         base_context, other_context, classes = contexts
         found, before = [], False
         for k in range(len(self.known) if self.mode == "periodic" else len(self.known) - 1):
             left, right = self.known[k], self.known[(k + 1) % len(self.known)]
-            if max(left.level, right.level) != level - 1:
+            if max(left.depth, right.depth) != depth - 1:
                 continue
-            before = coder.flag(stream, level, left, right, before)
+            before = coder.flag(stream, depth, left, right, before)
             if not before:
                 continue
-            fraction = left.fraction + 2**(16 - level)
+            fraction = left.fraction + 2**(16 - depth)
             begin, end = self.interval_ends(left.interval)
             position = begin + (end - begin) * (fraction / FRACTIONS)
             around = [self.neighbour(k + step) for step in (-1, 0, 1, 2)]
             around = [entry for entry in around if entry is not None]
             stencil = Stencil.at(position, [entry[0] for entry in around], [entry[1] for entry in around], coder.base)
-            levels, residuals = coder.channels(stream, stencil, base_context, other_context, classes)
-            found.append((k + 1, Sample(levels, residuals, level, left.interval, fraction, position)))
+            steps, residuals = coder.channels(stream, stencil, base_context, other_context, classes)
+            found.append((k + 1, Sample(steps, residuals, depth, left.interval, fraction, position)))
         for k, sample in reversed(found):
             self.known.insert(k, sample)
         return len(found)
 
     def samples(self):
-        return [sample for sample in self.known if sample.level > 0]
+        return [sample for sample in self.known if sample.depth > 0]
 
 
 def read_guide(payload, index, coder):
@@ -909,8 +909,8 @@ def read_guide(payload, index, coder):
         stencil = Stencil([nodes[-1]], [1.0], 0) if nodes else Stencil([], [], 0)
         nodes.append(Sample(*coder.channels(stream, stencil, 64, 64, False), 0, k, 0, position))
     guide = SampledSlice("bounded", positions[-1], nodes, lambda k: (positions[k], positions[k + 1]))
-    for level in range(1, 17):
-        guide.read_level(stream, coder, level, (65, 65, False))
+    for depth in range(1, 17):
+        guide.read_depth(stream, coder, depth, (65, 65, False))
         need(len(guide.known) <= index.guide_count, "SB-8-2", "more samples of the guide than stated")
     stream.end()
     need(len(guide.known) == index.guide_count, "SB-8-2", "fewer samples of the guide than stated")
@@ -961,8 +961,8 @@ class Spline:
         return a - s * t * (w * w / 6) * ((1 + s) * self.m[k] + (1 + t) * self.m[k + 1])
 
 
-class GuideLevels:
-    """What the guide takes off the levels of every channel at a theta_h."""
+class GuideSteps:
+    """What the guide takes off the steps of every channel at a theta_h."""
 
     def __init__(self, guide, values, per_octave):
         positions = [sample.position for sample in guide]
@@ -976,9 +976,9 @@ class GuideLevels:
             self.known[theta_h] = [math.floor(x + 0.5) for x in scaled]
         return self.known[theta_h]
 
-    def whole_levels(self, levels, theta_h):
-        whole = [level + taken for level, taken in zip(levels, self.at(theta_h))]
-        return [(level + 2**31) % 2**32 - 2**31 for level in whole]
+    def whole_steps(self, steps, theta_h):
+        whole = [step + taken for step, taken in zip(steps, self.at(theta_h))]
+        return [(step + 2**31) % 2**32 - 2**31 for step in whole]
 
 
 # ---- 8. Metadata -----------------------------------------------------------------------------------------------------
@@ -1016,7 +1016,7 @@ class Decoded:
         self.index = Index(self.container)
         self.lattice = Lattice(self.index)
         self.coder = SampleCoder(self.index)
-        self.scale = LevelScale(self.index)
+        self.scale = StepScale(self.index)
         self.read_chunks()
         self.make_values()
 
@@ -1061,24 +1061,24 @@ class Decoded:
                     continue
                 stream = Stream(payload, "SB-8-3")
                 for number in numbers:
-                    for level in range(first, end):
-                        found += self.sampled[number].read_level(stream, self.coder, level, (32, 48, True))
+                    for depth in range(first, end):
+                        found += self.sampled[number].read_depth(stream, self.coder, depth, (32, 48, True))
                         need(found <= self.index.sample_count, "SB-8-3", "more samples than stated")
                 stream.end()
         need(found == self.index.sample_count, "SB-8-3", f"{found} samples, {self.index.sample_count} stated")
 
     def make_values(self):
         index = self.index
-        self.guide_values = [[self.scale.guide_value(level) for level in sample.levels] for sample in self.guide]
+        self.guide_values = [[self.scale.guide_value(step) for step in sample.steps] for sample in self.guide]
         for value in [value for row in self.guide_values for value in row]:
             need(math.isfinite(value), "SB-8-4", "a value of the guide is not finite")
-        guide_levels = None
+        guide_steps = None
         if index.guide_ratio == 1:
-            guide_levels = GuideLevels(self.guide, self.guide_values, index.per_octave)
+            guide_steps = GuideSteps(self.guide, self.guide_values, index.per_octave)
 
         def values(sample, theta_h):
-            levels = guide_levels.whole_levels(sample.levels, theta_h) if guide_levels else sample.levels
-            return [self.scale.value(level) for level in levels]
+            steps = guide_steps.whole_steps(sample.steps, theta_h) if guide_steps else sample.steps
+            return [self.scale.value(step) for step in steps]
 
         self.crossing_values = [
             values(sample, coordinates[3])

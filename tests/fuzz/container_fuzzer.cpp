@@ -23,9 +23,9 @@ void run(const Bytes& bytes) {
   const SlicedIndex& index = reader->index();
   require(index.channels.size() == index.ranges.size(), "every channel has a range");
   std::uint64_t before = 0;
-  for (int level = 0; level <= kMaxDepth; ++level) {
-    const std::uint64_t needed = reader->bytes_up_to(level);
-    require(before <= needed && needed <= bytes.size(), "more levels need more bytes, but no more than there are");
+  for (int depth = 0; depth <= kMaxDepth; ++depth) {
+    const std::uint64_t needed = reader->bytes_up_to(depth);
+    require(before <= needed && needed <= bytes.size(), "greater depths need more bytes, but no more than there are");
     before = needed;
   }
   // Another program may have written the index in another way, but not one that says something else.

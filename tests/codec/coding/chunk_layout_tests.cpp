@@ -109,9 +109,9 @@ void expect_in_order(const Blocks& blocks, const PlaceOf& place) {
 TEST(LevelOf, Is16LessTheTrailingZeros) {
   EXPECT_EQ(depth_of(0), 0);
   for (std::uint32_t fraction = 1; fraction < 65'536; ++fraction) {
-    int level = 16;
-    for (std::uint32_t rest = fraction; rest % 2 == 0; rest /= 2) --level;
-    ASSERT_EQ(depth_of(fraction), level) << fraction;
+    int depth = 16;
+    for (std::uint32_t rest = fraction; rest % 2 == 0; rest /= 2) --depth;
+    ASSERT_EQ(depth_of(fraction), depth) << fraction;
   }
 }
 

@@ -309,8 +309,8 @@ TEST(SlicedReader, ReadsMetadataByThemselves) {
   EXPECT_EQ(counting.bytes(), reader.index().chunk_sizes[ChunkOrder::kMetadata]);
 }
 
-/// Crossings and those samples whose fraction has no more than `level` binary digits.
-SlicedBrdf up_to_level(const SlicedBrdf& sliced, int level) {
+/// Crossings and those samples whose fraction has no more than `depth` binary digits.
+SlicedBrdf down_to_depth(const SlicedBrdf& sliced, int depth) {
   SlicedBrdf kept = sliced;
   kept.positions.clear();
   kept.sample_values.clear();
@@ -318,7 +318,7 @@ SlicedBrdf up_to_level(const SlicedBrdf& sliced, int level) {
   for (std::uint32_t& count : kept.sample_counts) {
     const std::size_t end = next + count;
     for (count = 0; next < end; ++next) {
-      if (sliced.positions[next].fraction % (SamplePosition::kOne >> static_cast<unsigned>(level)) != 0) continue;
+      if (sliced.positions[next].fraction % (SamplePosition::kOne >> static_cast<unsigned>(depth)) != 0) continue;
       ++count;
       kept.positions.push_back(sliced.positions[next]);
       for (std::size_t c = 0; c < sliced.channel_count(); ++c) {
@@ -329,14 +329,14 @@ SlicedBrdf up_to_level(const SlicedBrdf& sliced, int level) {
   return kept;
 }
 
-TEST(SlicedReader, LoadsExactlyTheSamplesUpToALevel) {
+TEST(SlicedReader, LoadsExactlyTheSamplesDownToADepth) {
   for (const Example& example : examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
-    for (int level = 0; level <= kMaxDepth; ++level) {
-      const Result<SlicedBrdf> loaded = reader.load_all(level);
-      ASSERT_TRUE(loaded) << example.name << ", level " << level;
-      const SlicedBrdf expected = up_to_level(example.whole.sliced, level);
+    for (int depth = 0; depth <= kMaxDepth; ++depth) {
+      const Result<SlicedBrdf> loaded = reader.load_all(depth);
+      ASSERT_TRUE(loaded) << example.name << ", depth " << depth;
+      const SlicedBrdf expected = down_to_depth(example.whole.sliced, depth);
       EXPECT_EQ(loaded->crossing_values, expected.crossing_values);
       EXPECT_EQ(loaded->sample_counts, expected.sample_counts);
       EXPECT_EQ(loaded->positions, expected.positions);
@@ -349,16 +349,16 @@ TEST(SlicedReader, LoadsExactlyTheSamplesUpToALevel) {
   }
 }
 
-TEST(SlicedReader, EvaluatesCellsUpToALevelAsAllCellsUpToIt) {
+TEST(SlicedReader, EvaluatesCellsDownToADepthAsAllCellsUpToIt) {
   Random random(4);
   for (const Example& example : examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
-    for (const int level : {0, 1, 2, 4}) {
-      const Evaluator all(reader.load_all(level).value(), reader.lattice());
+    for (const int depth : {0, 1, 2, 4}) {
+      const Evaluator all(reader.load_all(depth).value(), reader.lattice());
       for (int trial = 0; trial < 8; ++trial) {
         const std::vector<DirectionPair> pairs = {random_pair(random), random_pair(random)};
-        const Result<PartialSliced> partial = reader.load(cells_of(reader.lattice(), pairs), level);
+        const Result<PartialSliced> partial = reader.load(cells_of(reader.lattice(), pairs), depth);
         ASSERT_TRUE(partial);
         for (const DirectionPair& pair : pairs) ASSERT_EQ(evaluated(*partial, pair), evaluated(all, pair));
       }
@@ -366,14 +366,14 @@ TEST(SlicedReader, EvaluatesCellsUpToALevelAsAllCellsUpToIt) {
   }
 }
 
-TEST(SlicedReader, KnowsHowManyBytesALevelTakes) {
+TEST(SlicedReader, KnowsHowManyBytesADepthTakes) {
   for (const Example& example : examples()) {
     CountingSource counting(example.file);
-    for (int level = 0; level <= kMaxDepth; ++level) {
+    for (int depth = 0; depth <= kMaxDepth; ++depth) {
       counting.reset();
       const SlicedReader reader = SlicedReader::open(counting.source()).value();
-      ASSERT_TRUE(reader.load_all(level));
-      EXPECT_EQ(reader.bytes_up_to(level), counting.bytes()) << example.name << ", level " << level;
+      ASSERT_TRUE(reader.load_all(depth));
+      EXPECT_EQ(reader.bytes_up_to(depth), counting.bytes()) << example.name << ", depth " << depth;
       for (const unsigned reads : counting.reads()) ASSERT_LE(reads, 1U) << "a byte is read twice";
     }
     const MemorySource source(example.file);
@@ -383,12 +383,12 @@ TEST(SlicedReader, KnowsHowManyBytesALevelTakes) {
   }
 }
 
-TEST(SlicedReader, ReadsLessForLowerLevelsOfAWholeFile) {
+TEST(SlicedReader, ReadsLessForLesserDepthsOfAWholeFile) {
   const SlicedReader reader = [] {
     static const MemorySource kSource(examples()[2].file);
     return SlicedReader::open(kSource).value();
   }();
-  for (int level = 1; level < 4; ++level) EXPECT_LT(reader.bytes_up_to(level), reader.bytes_up_to(level + 1)) << level;
+  for (int depth = 1; depth < 4; ++depth) EXPECT_LT(reader.bytes_up_to(depth), reader.bytes_up_to(depth + 1)) << depth;
 }
 
 TEST(SlicedReader, PassesOnTheErrorOfItsSourceWhicheverReadFails) {
