@@ -5,10 +5,12 @@
 #include <cmath>
 #include <utility>
 
+#include "codec/frame/lattice_walk.h"
+
 namespace sbrdf::internal {
 namespace {
 
-using Point = std::array<std::uint32_t, kAxisCount>;
+using Point = LatticePoint;
 
 // A weight above this belongs to an extrapolation, which is worse than another axis or the last value.
 constexpr double kLargestWeight = 2.5;

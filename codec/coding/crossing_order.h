@@ -18,12 +18,25 @@ struct Stencil {
   std::uint32_t count = 0;
 };
 
-/// Weights of the polynomial through values at `positions` (1 to 4, distinct), at position `at`.
+/// Weights of the polynomial through values at `positions` (1 to 4, distinct), at position `at`, after Lagrange: that
+/// of the value at x_k is the product, over the other j, of (at - x_j) / (x_k - x_j).
 void set_weights(Stencil& stencil, std::span<const double> positions, double at);
 
 /// In which order the crossings of one block are coded, and from which others: coarse parts of the lattice first, each
-/// finer crossing by interpolation along one of the axes on which it lies between coarser ones. Only crossings of the
-/// same block are used, so a chunk can be decoded by itself. specs/sbrdf.md, section 6.
+/// finer crossing by interpolation along one of the axes on which it lies between coarser ones. On two axes of nine
+/// nodes, with the stride (the greatest power of two that divides both indices) at which each crossing is coded:
+///
+///     8 1 2 1 4 1 2 1 8
+///     1 1 1 1 1 1 1 1 1         stride 8 first, then 4, 2, 1. Of one stride, those that lie between coarser ones on
+///     2 1 2 1 2 1 2 1 2         one axis (a) come before those that do on both (b), which the a then surround:
+///     1 1 1 1 1 1 1 1 1
+///     4 1 2 1 4 1 2 1 4             4 a 4        a is predicted along its row or column, from the coarser ones at
+///     1 1 1 1 1 1 1 1 1             a b a        -3, -1, 1 and 3 strides; b along either, from the a beside it.
+///     2 1 2 1 2 1 2 1 2             4 a 4
+///     1 1 1 1 1 1 1 1 1
+///     8 1 2 1 4 1 2 1 8
+///
+/// Only crossings of the same block are used, so a chunk can be decoded by itself. specs/sbrdf.md, section 6.
 struct CrossingPlan {
   struct Step {
     std::uint32_t crossing = 0;

@@ -11,6 +11,10 @@
 namespace sbrdf::internal {
 
 // How a guide is coded, and what it does to the steps of samples. specs/sbrdf.md, section 7.
+//
+// A guide g(theta_h) is a number of the log domain, log f + const; steps are logarithms too, steps_per_octave / log 2
+// of them to a unit. So slices, which hold f / e^g where a guide is used, differ from f by round(g steps_per_octave /
+// log 2) steps. What is coded is that difference, where it can be computed with the same bits everywhere.
 
 /// Guides are numbers of the value domain, where steps are equal: 2^-11 in a bounded file, the bits in a lossless one.
 [[nodiscard]] std::int32_t guide_step(const Quantizer& scale, float value);
@@ -22,6 +26,7 @@ class GuideSteps {
  public:
   GuideSteps(const Guide& guide, const Lattice& lattice, std::size_t channels, const Quantizer& scale);
 
+  /// One step per channel, of a sample at x. The two cancel each other, bit for bit.
   void take_off(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, -1); }
   void put_back(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, 1); }
 
@@ -44,7 +49,7 @@ void code_guide_nodes(Io& io, const CodingParameters& coding, std::size_t node_c
   for (std::size_t k = 0; k < node_count && io.ok(); ++k) {
     Stencil stencil;
     if (k > 0) stencil = {{static_cast<std::uint32_t>(k - 1)}, {1.0}, 1};
-    code_sample(io, coding, stencil, 0, nodes, k, CodingContext::kGuideNode, CodingContext::kGuideNode, false);
+    code_sample(io, coding, {stencil, 0}, kGuideNodeContexts, nodes, k);
   }
 }
 

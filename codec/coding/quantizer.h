@@ -15,9 +15,17 @@ inline constexpr double kCoarsestBound = 0.5;
 /// Which values a file can hold, as whole numbers: the *steps* that are predicted and coded. Steps rise with the
 /// value, 0 is exactly 0, and step -n is the negative of step n.
 ///
-/// Lossless: the bits of the float32, so every finite value has a step. Bounded: a geometric series, `per_octave`
-/// steps to a doubling, so fine that the nearest step is off by no more than `bound` of the value. specs/sbrdf.md,
-/// section 4.
+/// Lossless: the bits of the float32, so every finite value has a step.
+///
+/// Bounded: a geometric series,
+///
+///     value(n) = r^(n - 1 + lowest) for n > 0,   r = 2^(1 / per_octave).
+///
+/// Between two neighbours g and g r the value that is worst off is the one as far from both, as a part of itself:
+/// (v - g) / v = (g r - v) / v at v = g (1 + r) / 2, where it is off by (r - 1) / (r + 1). So r may be as large as
+/// (1 + b) / (1 - b), b being the bound less what rounding to float32 adds, and per_octave is the least whole number
+/// with r^per_octave >= 2 for it. Equal ratios are equal distances of steps: the differences that prediction leaves
+/// are relative errors, alike for dark and bright values. specs/sbrdf.md, section 4.
 ///
 /// Only additions, multiplications and divisions of doubles are used, in a fixed order: the same steps everywhere.
 class Quantizer {

@@ -9,6 +9,7 @@
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 #include "formats/core/result.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
@@ -49,7 +50,8 @@ struct CodingCost {
 };
 [[nodiscard]] CodingCost coding_cost(const SlicedBrdf& sliced, const Lattice& lattice, const EncodeOptions& options);
 
-/// The inverse. What comes back satisfies check_frame and check_sliced.
-[[nodiscard]] Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes);
+/// The inverse. What comes back satisfies check_frame and check_sliced. kUnsupported where that would take more memory
+/// than `limit` allows.
+[[nodiscard]] Result<DecodedSliced> decode_sliced(std::span<const std::byte> bytes, const MemoryLimit& limit = {});
 
 }  // namespace sbrdf::internal

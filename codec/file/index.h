@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "codec/coding/chunk_layout.h"
-#include "codec/coding/distribution_choice.h"
 #include "codec/coding/quantizer.h"
 #include "codec/coding/sample_coder.h"
+#include "codec/entropy/distribution_choice.h"
 #include "codec/frame/frame.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/value_domain.h"
@@ -21,29 +21,35 @@ namespace sbrdf::internal {
 
 /// The index of a sliced file (specs/sbrdf.md, section 2): all that must be known before any chunk is read.
 struct SlicedIndex {
-  FrameSpec frame;
-  ValueDomain domain;
-  std::vector<std::string> channels;
-  std::vector<ValueRange> ranges;  ///< of the stored values, per channel
-  bool guided = false;
-  double guide_ratio = 1;
-  std::uint32_t guide_count = 0;
-  std::uint32_t adaptive_count = 0;
-  Quantizer scale;
+  FrameSpec frame;                    ///< coordinates, symmetries, nodes: what crossings and slices there are
+  ValueDomain domain;                 ///< how values are interpolated
+  std::vector<std::string> channels;  ///< names, 1 to kMaxChannels
+  std::vector<ValueRange> ranges;     ///< of the stored values, per channel
+  bool guided = false;                ///< whether a guide is taken off; the two below belong to it
+  double guide_ratio = 1;             ///< see Guide::ratio
+  std::uint32_t guide_count = 0;      ///< samples of the guide, its nodes included
+  std::uint32_t adaptive_count = 0;   ///< samples that are not crossings
+  Quantizer scale;                    ///< what steps mean
 
   // How residuals are coded.
-  std::uint32_t base_channel = 0;
-  std::uint32_t activity_shift = 0;
-  Distributions distributions;
+  std::uint32_t base_channel = 0;    ///< see CodingParameters
+  std::uint32_t activity_shift = 0;  ///< see CodingParameters
+  Distributions distributions;       ///< of residuals and flags, by context
 
-  ChunkLayout layout;
+  ChunkLayout layout;                      ///< how samples are spread over chunks
   std::uint32_t metadata_size = 0;         ///< bytes once decompressed
   std::vector<std::uint32_t> chunk_sizes;  ///< stored bytes, 0 for a chunk without content; order in ChunkOrder
 
+  /// What prediction needs to know of all this.
   [[nodiscard]] CodingParameters coding() const;
 };
 
-/// Metadata and guide first, then crossings by block, then per piece the slices of each kind by block.
+/// Metadata and guide first, then crossings by block, then per piece the slices of each kind by block:
+///
+///     metadata  guide  crossings 0, 1 ...  | piece 0: axial 0, 1 ..., diagonal ..., horizontal ..., vertical ... |
+///     piece 1
+///
+/// so that what a lesser depth needs lies in front of what a greater one adds.
 struct ChunkOrder {
   explicit ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces);
 
@@ -53,8 +59,8 @@ struct ChunkOrder {
   [[nodiscard]] std::size_t slices(std::size_t piece, std::size_t kind, std::size_t block) const {
     return first_piece_ + piece * per_piece_ + kind_offset_[kind] + block;
   }
-  [[nodiscard]] std::size_t per_piece() const { return per_piece_; }
-  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] std::size_t per_piece() const { return per_piece_; }  ///< chunks of each piece
+  [[nodiscard]] std::size_t count() const { return count_; }          ///< of all chunks, left out ones included
 
  private:
   std::size_t first_piece_ = 0;
@@ -63,6 +69,7 @@ struct ChunkOrder {
   std::size_t count_ = 0;
 };
 
+/// The inverse of parse_index.
 [[nodiscard]] std::vector<std::byte> emit_index(const SlicedIndex& index);
 
 /// Refuses what breaks a rule of section 2; bytes behind the end are an error unless `newer_minor`. The frame has

@@ -8,71 +8,115 @@
 
 #include "codec/coding/guide_steps.h"
 #include "codec/coding/sample_coder.h"
+#include "codec/entropy/event_stream.h"
+#include "codec/file/memory_need.h"
 #include "formats/sbrdf/container.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 namespace {
 
-/// Distributions made ready for decoding; those that a file does not use stay empty.
-struct DecodingTables {
-  struct Entry {
-    Distribution distribution;
-    SymbolTable symbols;
-  };
-  std::array<std::optional<Entry>, CodingContext::kResidualCount> residuals;
-  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};  ///< frequency of yes, 0 unused
-
-  explicit DecodingTables(const SlicedIndex& index) {
-    for (std::size_t k = 0; k < residuals.size(); ++k) {
-      if (index.distributions.residuals[k] == Distributions::kUnused) continue;
-      const Distribution distribution =
-          make_distribution(index.distributions.residuals[k], index.distributions.token_count);
-      residuals[k] = Entry{distribution, make_symbol_table(distribution, index.distributions.token_count)};
-    }
-    for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = 16U * index.distributions.flags[k];
-  }
-};
-
-/// The Io of code_sample for reading.
-class StreamReader {
+/// Makes values of the steps that are read, and in the end a sliced BRDF.
+class SampleCollector {
  public:
-  static constexpr bool kDecodes = true;
+  SampleCollector(const SlicedIndex& index, const Lattice& lattice, int max_depth)
+      : index_(index), lattice_(lattice), channels_(index.channels.size()), max_depth_(max_depth) {
+    sliced_.frame = index.frame;
+    sliced_.domain = index.domain;
+    sliced_.channels = index.channels;
+    sliced_.sample_counts.assign(lattice.slices.size(), 0);
+    first_.resize(lattice.slices.size());
+    if (max_depth < kMaxDepth) return;
+    sliced_.positions.reserve(index.adaptive_count);
+    sliced_.sample_values.reserve(index.adaptive_count * channels_);
+  }
 
-  StreamReader(std::span<const std::byte> stream, const DecodingTables& tables) : stream_(stream), tables_(tables) {}
+  /// Before anything else: its values are added to those of all samples.
+  void add_guide(Guide guide) {
+    offsets_.emplace(guide, lattice_, channels_, index_.scale);
+    sliced_.guide = std::move(guide);
+  }
 
-  void residual(unsigned context, std::int64_t& value) {
-    const auto& entry = tables_.residuals[context];
-    if (!entry) {
-      failed_ = true;
-      return;
+  /// The samples of a slice that were read, but for its crossings, by rising position.
+  void add_slice(std::uint32_t k, SliceSteps& read) {
+    const Slice& slice = lattice_.slices[k];
+    first_[k] = sliced_.positions.size();
+    std::uint32_t s = 0;
+    do {
+      const SliceSteps::Sample& sample = read.samples[s];
+      const int depth = depth_of(sample.place.fraction);
+      if (depth != 0 && depth <= max_depth_) {
+        ++sliced_.sample_counts[k];
+        sliced_.positions.push_back(sample.place);
+        append_values([&] { return coordinates_on(slice, sample.position_deg); },
+                      std::span(read.table.steps(s), channels_), sliced_.sample_values);
+      }
+      s = sample.after;
+    } while (s != 0 && s != SliceSteps::kNone);
+  }
+
+  /// All crossings, those that were not read as 0.
+  void add_crossings(StepTable& steps, const std::vector<bool>& read) {
+    sliced_.crossing_values.reserve(lattice_.crossings.size() * channels_);
+    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
+      if (read[k]) {
+        append_values([&] { return lattice_.crossings[k]; }, std::span(steps.steps(k), channels_),
+                      sliced_.crossing_values);
+      } else {
+        sliced_.crossing_values.resize(sliced_.crossing_values.size() + channels_, 0.0F);
+      }
     }
-    const unsigned token = entry->symbols[stream_.peek()];
-    stream_.take(entry->distribution.start[token], entry->distribution.frequency[token]);
-    const unsigned count = plain_bits(token);
-    value = residual_of(token, count == 0 ? 0 : stream_.bits(count));
   }
-  void flag(unsigned context, bool& value) {
-    const std::uint32_t yes = tables_.flags[context];
-    if (yes == 0) {
-      failed_ = true;
-      return;
+
+  Result<SlicedBrdf> finish() {
+    order_by_slice();
+    const auto finite = [](float v) { return std::isfinite(v); };
+    for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
+      if (!std::all_of(values->begin(), values->end(), finite)) return refuse_sliced("SB-8-4", "a value is not finite");
     }
-    value = stream_.peek() < yes;
-    value ? stream_.take(0, yes) : stream_.take(yes, kProbabilityOne - yes);
+    sliced_.whole_ranges = index_.ranges;
+    return std::move(sliced_);
   }
-  [[nodiscard]] std::int32_t step(std::int64_t step) {
-    constexpr std::int64_t kLeast = std::numeric_limits<std::int32_t>::min();
-    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
-    if (step < kLeast || step > kMost) failed_ = true;
-    return static_cast<std::int32_t>(std::clamp(step, kLeast, kMost));
-  }
-  [[nodiscard]] bool ok() const { return !failed_ && !stream_.overrun(); }
-  [[nodiscard]] bool at_end() const { return ok() && stream_.at_end(); }
 
  private:
-  RansDecoder stream_;
-  const DecodingTables& tables_;
-  bool failed_ = false;
+  template <class CoordinatesOf>
+  void append_values(const CoordinatesOf& x, std::span<std::int32_t> steps, std::vector<float>& values) {
+    if (offsets_) offsets_->put_back(x(), steps);
+    for (const std::int32_t step : steps) values.push_back(index_.scale.value(step));
+  }
+
+  // Blocks come in an order of their own.
+  void order_by_slice() {
+    std::size_t next = 0;
+    bool ordered = true;
+    for (std::size_t k = 0; k < first_.size(); ++k) {
+      ordered = ordered && (sliced_.sample_counts[k] == 0 || first_[k] == next);
+      next += sliced_.sample_counts[k];
+    }
+    if (ordered) return;
+    std::vector<SamplePosition> positions;
+    std::vector<float> values;
+    positions.reserve(sliced_.positions.size());
+    values.reserve(sliced_.sample_values.size());
+    for (std::size_t k = 0; k < first_.size(); ++k) {
+      const auto first = static_cast<std::ptrdiff_t>(first_[k]);
+      const auto count = static_cast<std::ptrdiff_t>(sliced_.sample_counts[k]);
+      const auto channels = static_cast<std::ptrdiff_t>(channels_);
+      positions.insert(positions.end(), sliced_.positions.begin() + first, sliced_.positions.begin() + first + count);
+      values.insert(values.end(), sliced_.sample_values.begin() + first * channels,
+                    sliced_.sample_values.begin() + (first + count) * channels);
+    }
+    sliced_.positions = std::move(positions);
+    sliced_.sample_values = std::move(values);
+  }
+
+  const SlicedIndex& index_;
+  const Lattice& lattice_;
+  std::size_t channels_;
+  int max_depth_;
+  std::optional<GuideSteps> offsets_;
+  std::vector<std::size_t> first_;  ///< per slice, its first sample as read
+  SlicedBrdf sliced_;
 };
 
 /// One load: which crossings and slices are wanted, and what has been read of them.
@@ -85,7 +129,7 @@ class Loader {
         channels_(index_.channels.size()),
         coding_(index_.coding()),
         max_depth_(max_depth),
-        tables_(index_),
+        tables_(index_.distributions),
         wanted_(std::move(wanted)),
         crossings_(channels_),
         state_(channels_) {}
@@ -105,13 +149,16 @@ class Loader {
   }
 
   Result<SlicedBrdf> run() {
-    sliced_.frame = index_.frame;
-    sliced_.domain = index_.domain;
-    sliced_.channels = index_.channels;
+    needed_ = memory_of_index(file_.offsets.front()) + memory_of_metadata(index_) + memory_of_samples(index_, lattice_);
+    if (Status enough = check_memory(needed_, file_.memory_allowed); !enough) return enough.error();
+    longest_ = static_cast<std::size_t>((static_cast<double>(file_.memory_allowed) - needed_) /
+                                        memory_of_decoded_sample(channels_));
+    collector_.emplace(index_, lattice_, max_depth_);
     if (Status status = read_guide(); !status) return status.error();
     if (Status status = read_crossings(); !status) return status.error();
     if (Status status = read_slices(); !status) return status.error();
-    return collect();
+    collector_->add_crossings(crossings_, read_crossing_);
+    return collector_->finish();
   }
 
  private:
@@ -132,6 +179,18 @@ class Loader {
     return error;
   }
 
+  [[nodiscard]] Guide guide_of(const SliceSteps& read) const {
+    Guide guide;
+    guide.ratio = index_.guide_ratio;
+    for (std::uint32_t k = 0; k != SliceSteps::kNone; k = read.samples[k].after) {
+      guide.places.push_back(read.samples[k].place);
+      for (std::size_t c = 0; c < channels_; ++c) {
+        guide.values.push_back(guide_value(index_.scale, read.table.steps(k)[c]));
+      }
+    }
+    return guide;
+  }
+
   Status read_guide() {
     if (!index_.guided) return ok_status();
     const Result<std::vector<std::byte>> bytes = file_.chunk(ChunkOrder::kGuide);
@@ -143,29 +202,21 @@ class Loader {
     code_guide_nodes(in, coding_, node_count, nodes);
     SliceSteps state(channels_);
     begin_guide(lattice_, nodes, state);
+    const SliceCoding guide_coding = {coding_, kGuideSampleContexts, [&](const SamplePosition& place) {
+                                        return guide_position_deg(lattice_.nodes[kVertical], place);
+                                      }};
     for (int depth = 1; depth <= kMaxDepth && in.ok(); ++depth) {
-      code_depth(
-          in, coding_, depth, state,
-          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
-          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
+      code_depth(in, guide_coding, depth, state, SamplesToRead());
       if (state.samples.size() > index_.guide_count) break;
     }
     if (!in.at_end() || state.samples.size() != index_.guide_count) {
       return damaged(ChunkOrder::kGuide, "SB-8-2", "the guide does not decode");
     }
-    Guide guide;
-    guide.ratio = index_.guide_ratio;
-    for (std::uint32_t k = 0; k != SliceSteps::kNone; k = state.samples[k].after) {
-      guide.places.push_back(state.samples[k].place);
-      for (std::size_t c = 0; c < channels_; ++c) {
-        guide.values.push_back(guide_value(index_.scale, state.table.steps(k)[c]));
-      }
-    }
+    Guide guide = guide_of(state);
     if (!std::all_of(guide.values.begin(), guide.values.end(), [](float v) { return std::isfinite(v); })) {
       return damaged(ChunkOrder::kGuide, "SB-8-4", "a value of the guide is not finite");
     }
-    offsets_.emplace(guide, lattice_, channels_, index_.scale);
-    sliced_.guide = std::move(guide);
+    collector_->add_guide(std::move(guide));
     return ok_status();
   }
 
@@ -179,7 +230,7 @@ class Loader {
       const Result<std::vector<std::byte>> bytes = file_.chunk(number);
       if (!bytes) return bytes.error();
       StreamReader in(*bytes, tables_);
-      code_crossings(in, coding_, file_.plan, block, crossings_);
+      code_crossings(in, coding_, file_.plan->get(lattice_, file_.blocks), block, crossings_);
       if (!in.at_end()) return damaged(number, "SB-8-1", "the crossings do not decode");
       for (const std::uint32_t k : members) read_crossing_[k] = true;
     }
@@ -197,8 +248,6 @@ class Loader {
 
   // Slice by slice through all pieces, so that nothing but one slice is worked on.
   Status read_slices() {
-    sliced_.sample_counts.assign(lattice_.slices.size(), 0);
-    sampled_.resize(lattice_.slices.size());
     for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
       for (std::size_t block = 0; block < file_.blocks.slices[kind].size(); ++block) {
         if (!is_wanted(file_.blocks.slices[kind][block])) continue;
@@ -231,88 +280,33 @@ class Loader {
 
   Status read_slice(std::uint32_t k, std::vector<PieceStream>& pieces) {
     const Slice& slice = lattice_.slices[k];
+    const SliceCoding slice_coding = {
+        coding_, kSampleContexts, [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }};
     begin_slice(lattice_, slice, crossings_, state_);
     const std::size_t crossings = state_.samples.size();
     for (PieceStream& piece : pieces) {
       for (int depth = piece.first_depth; depth < piece.end_depth; ++depth) {
-        code_depth(
-            *piece.in, coding_, depth, state_,
-            [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
-            CodingContext::kSampleBase, CodingContext::kSampleOther);
+        if (state_.depth != depth - 1) break;
+        if (Status enough = check_slice_fits(); !enough) return enough;
+        code_depth(*piece.in, slice_coding, depth, state_, SamplesToRead());
         if (!piece.in->ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
           return damaged(piece.number, "SB-8-3", "the samples do not decode");
         }
       }
     }
     decoded_ += state_.samples.size() - crossings;
-    if (wanted_.slices[k]) keep(k, slice);
+    if (wanted_.slices[k]) collector_->add_slice(k, state_);
     return ok_status();
   }
 
-  void keep(std::uint32_t k, const Slice& slice) {
-    sampled_[k] = sliced_.positions.size();
-    std::uint32_t s = 0;
-    do {
-      const SliceSteps::Sample& sample = state_.samples[s];
-      const int depth = depth_of(sample.place.fraction);
-      if (depth != 0 && depth <= max_depth_) {
-        ++sliced_.sample_counts[k];
-        sliced_.positions.push_back(sample.place);
-        append_values([&] { return coordinates_on(slice, sample.position_deg); },
-                      std::span(state_.table.steps(s), channels_), sliced_.sample_values);
-      }
-      s = sample.after;
-    } while (s != 0 && s != SliceSteps::kNone);
-  }
-
-  template <class CoordinatesOf>
-  void append_values(const CoordinatesOf& x, std::span<std::int32_t> steps, std::vector<float>& values) {
-    if (offsets_) offsets_->put_back(x(), steps);
-    for (const std::int32_t step : steps) values.push_back(index_.scale.value(step));
-  }
-
-  Result<SlicedBrdf> collect() {
-    sliced_.crossing_values.reserve(lattice_.crossings.size() * channels_);
-    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
-      if (read_crossing_[k]) {
-        append_values([&] { return lattice_.crossings[k]; }, std::span(crossings_.steps(k), channels_),
-                      sliced_.crossing_values);
-      } else {
-        sliced_.crossing_values.resize(sliced_.crossing_values.size() + channels_, 0.0F);
-      }
-    }
-    order_by_slice();
-    const auto finite = [](float v) { return std::isfinite(v); };
-    for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
-      if (!std::all_of(values->begin(), values->end(), finite)) return refuse_sliced("SB-8-4", "a value is not finite");
-    }
-    sliced_.whole_ranges = index_.ranges;
-    return std::move(sliced_);
-  }
-
-  // Blocks come in an order of their own.
-  void order_by_slice() {
-    std::size_t next = 0;
-    bool ordered = true;
-    for (std::size_t k = 0; k < sampled_.size(); ++k) {
-      ordered = ordered && (sliced_.sample_counts[k] == 0 || sampled_[k] == next);
-      next += sliced_.sample_counts[k];
-    }
-    if (ordered) return;
-    std::vector<SamplePosition> positions;
-    std::vector<float> values;
-    positions.reserve(sliced_.positions.size());
-    values.reserve(sliced_.sample_values.size());
-    for (std::size_t k = 0; k < sampled_.size(); ++k) {
-      const auto first = static_cast<std::ptrdiff_t>(sampled_[k]);
-      const auto count = static_cast<std::ptrdiff_t>(sliced_.sample_counts[k]);
-      const auto channels = static_cast<std::ptrdiff_t>(channels_);
-      positions.insert(positions.end(), sliced_.positions.begin() + first, sliced_.positions.begin() + first + count);
-      values.insert(values.end(), sliced_.sample_values.begin() + first * channels,
-                    sliced_.sample_values.begin() + (first + count) * channels);
-    }
-    sliced_.positions = std::move(positions);
-    sliced_.sample_values = std::move(values);
+  // Memory is checked before each depth: flags that are always yes cost nothing, and how long a single slice gets is
+  // only seen while it is read.
+  [[nodiscard]] Status check_slice_fits() const {
+    const std::size_t halved = state_.samples.size() - state_.newest;
+    const std::size_t most = state_.samples.size() + 2 * halved;
+    if (most <= longest_) return ok_status();
+    return check_memory(needed_ + static_cast<double>(most) * memory_of_decoded_sample(channels_),
+                        file_.memory_allowed);
   }
 
   const SlicedFile& file_;
@@ -326,10 +320,10 @@ class Loader {
   std::vector<bool> read_crossing_;
   StepTable crossings_;
   SliceSteps state_;
-  std::vector<std::size_t> sampled_;  ///< per slice, its first sample as decoded
-  std::optional<GuideSteps> offsets_;
   std::uint64_t decoded_ = 0;
-  SlicedBrdf sliced_;
+  double needed_ = 0;                         ///< memory, but for the slice that is being read
+  std::size_t longest_ = 0;                   ///< samples of a slice that certainly fit
+  std::optional<SampleCollector> collector_;  ///< made once the memory is known to be enough
 };
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "codec/file/reader.h"
 
-#include "codec/file/metadata.h"
+#include "codec/file/memory_need.h"
 #include "formats/sbrdf/container.h"
+#include "formats/sbrdf/metadata.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -37,10 +38,13 @@ Status PartialSliced::evaluate(const DirectionPair& pair, std::span<float> value
   return ok_status();
 }
 
-Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
+Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLimit& limit) {
   Result<ContainerHead> head = read_head(source);
   if (!head) return head.error();
   const bool newer_minor = head->minor > kContainerMinor;
+  const std::uint64_t allowed = limit.of(source.stored_size());
+  double needed = memory_of_index(head->index.size());
+  if (Status enough = check_memory(needed, allowed); !enough) return enough.error();
   Result<SlicedIndex> index = parse_index(head->index, newer_minor);
   if (!index) return index.error();
   const double values = (least_crossing_count(index->frame) + index->adaptive_count + index->guide_count) *
@@ -48,6 +52,8 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
   if (values > kValuesAlwaysAllowed + kMostValuesPerByte * static_cast<double>(source.size())) {
     return refuse_sliced("SB-2-14", "more values than a file of this size can hold");
   }
+  needed += memory_of_metadata(*index) + memory_of_lattice(index->frame);
+  if (Status enough = check_memory(needed, allowed); !enough) return enough.error();
   Result<Lattice> lattice = build_lattice(index->frame);
   if (!lattice) {
     Error error = lattice.error();
@@ -72,9 +78,8 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source) {
     return refuse_sliced(
         "SB-3-2", "the chunks end at byte " + std::to_string(offsets.back()) + " of " + std::to_string(source.size()));
   }
-  CrossingPlan plan = plan_crossings(*lattice, blocks);
   return SlicedReader({&source, std::move(index).value(), std::make_shared<const Lattice>(std::move(lattice).value()),
-                       std::move(blocks), std::move(plan), order, std::move(offsets)},
+                       std::move(blocks), std::make_shared<LazyCrossingPlan>(), order, std::move(offsets), allowed},
                       head->version());
 }
 

@@ -11,10 +11,11 @@
 #include "codec/frame/cells.h"
 #include "codec/material/evaluator.h"
 #include "formats/core/byte_source.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
-/// A part of a sliced BRDF: exact within its cells (up to its level), an error everywhere else. Immutable; one object
+/// A part of a sliced BRDF: exact within its cells (down to its depth), an error everywhere else. Immutable; one object
 /// serves any number of threads.
 class PartialSliced {
  public:
@@ -38,8 +39,10 @@ class PartialSliced {
 /// Immutable; all members may be called from several threads at once.
 class SlicedReader {
  public:
-  /// `source` must live as long as the reader.
-  [[nodiscard]] static Result<SlicedReader> open(const ByteSource& source);
+  /// `source` must live as long as the reader. kUnsupported where index, metadata and lattice would take more memory
+  /// than `limit` allows for the stored size of the source, before they take it; the members that load samples do the
+  /// same for all samples of the file.
+  [[nodiscard]] static Result<SlicedReader> open(const ByteSource& source, const MemoryLimit& limit = {});
 
   [[nodiscard]] const SlicedIndex& index() const { return file_.index; }
   [[nodiscard]] const Lattice& lattice() const { return *file_.lattice; }
@@ -48,7 +51,7 @@ class SlicedReader {
   /// The JSON object of how the file came to be; may be empty.
   [[nodiscard]] Result<std::string> metadata() const;
 
-  /// All samples up to a level (crossings are level 0), with guide and metadata.
+  /// All samples down to a depth (crossings are depth 0), with guide and metadata.
   [[nodiscard]] Result<SlicedBrdf> load_all(int max_depth = kMaxDepth) const;
   /// What the evaluation within some cells needs, without metadata.
   [[nodiscard]] Result<PartialSliced> load(const CellSet& cells, int max_depth = kMaxDepth) const;

@@ -40,8 +40,8 @@ Traits traits_of(const internal::SourceTraits& traits) {
   return copy;
 }
 
-internal::Options options_of(const Options& options) {
-  internal::Options given;
+internal::Options options_of(const Options& options, const std::optional<std::uint64_t>& memory_limit = {}) {
+  internal::Options given = internal::within({memory_limit});
   for (const auto& [name, text] : options) given.set(name, text);
   return given;
 }
@@ -58,7 +58,7 @@ struct [[gnu::visibility("hidden")]] Material::State {
 
   static Result<Material> open(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_built_in(const std::string& name, const OpenOptions& options);
-  static Result<Material> open_whole(Bytes bytes, const Options& options);
+  static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
 
@@ -113,9 +113,9 @@ internal::CellSet cells_of(const Part& part, const internal::Lattice& lattice) {
 
 }  // namespace
 
-Result<Material> Material::State::open_whole(Bytes bytes, const Options& options) {
+Result<Material> Material::State::open_whole(Bytes bytes, const OpenOptions& options) {
   internal::Result<std::unique_ptr<internal::BrdfSource>> source =
-      internal::open_source(std::move(bytes), options_of(options));
+      internal::open_source(std::move(bytes), options_of(options.format, options.memory_limit));
   if (!source) return error_of(source.error());
   return make_whole(*std::move(source));
 }
@@ -135,7 +135,7 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   if (!(*format)->capabilities.has(internal::Capability::kParts)) {
     return Error{ErrorCode::kUnsupported, std::string((*format)->extension) + " files cannot be loaded in part", {}};
   }
-  const internal::Result<internal::SlicedReader> reader = internal::SlicedReader::open(*bytes);
+  const internal::Result<internal::SlicedReader> reader = internal::SlicedReader::open(*bytes, {options.memory_limit});
   if (!reader) return error_of(reader.error());
   const internal::CellSet cells = cells_of(*options.part, reader->lattice());
   internal::Result<internal::PartialSliced> part = reader->load(cells, options.part->level);
@@ -143,7 +143,7 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   internal::Result<std::string> metadata = reader->metadata();
   if (!metadata) return error_of(metadata.error());
   auto state = std::make_shared<State>();
-  state->traits = traits_of(internal::sliced_traits(part->sliced()));
+  state->traits = traits_of(internal::sliced_traits(reader->index().frame, reader->index().channels));
   state->metadata = *std::move(metadata);
   state->part.emplace(*std::move(part));
   return Material(std::move(state));
@@ -160,14 +160,14 @@ Result<Material> Material::State::open_built_in(const std::string& name, const O
 }
 
 Result<Material> Material::State::open(Bytes bytes, const OpenOptions& options) {
-  return options.part ? open_part(bytes, options) : open_whole(std::move(bytes), options.format);
+  return options.part ? open_part(bytes, options) : open_whole(std::move(bytes), options);
 }
 
 Result<Material> Material::open(const std::string& name, const OpenOptions& options) {
   const std::optional<std::string_view> parameters = internal::file_in_name(name);
   if (internal::is_named(name) && !parameters) return State::open_built_in(name, options);
-  internal::Result<Bytes> bytes =
-      parameters ? internal::open_file(std::string(*parameters)) : internal::open_named_bytes(name);
+  internal::Result<Bytes> bytes = parameters ? internal::open_file(std::string(*parameters))
+                                             : internal::open_named_bytes(name, {options.memory_limit});
   if (!bytes) return error_of(bytes.error());
   return State::open(*std::move(bytes), options);
 }

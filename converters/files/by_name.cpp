@@ -36,7 +36,7 @@ std::optional<std::size_t> find_separator(const std::string& text) {
   return other;
 }
 
-Result<Bytes> open_material(const std::string& path, std::string_view name) {
+Result<Bytes> open_material(const std::string& path, std::string_view name, const MemoryLimit& limit) {
   Result<std::unique_ptr<ByteSource>> mapped = map_file(path);  // a bundle is read in part
   if (!mapped) return mapped.error();
   Bytes file = *std::move(mapped);
@@ -45,7 +45,7 @@ Result<Bytes> open_material(const std::string& path, std::string_view name) {
   if (!(*format)->capabilities.has(Capability::kManyMaterials)) {
     return usage_error("holds one material, so that no name can stand behind a ':'");
   }
-  return (*format)->material(std::move(file), name);
+  return (*format)->material(std::move(file), name, limit);
 }
 
 Result<OpenedSource> open_kurt(const std::string& path) {
@@ -58,18 +58,29 @@ Result<OpenedSource> open_kurt(const std::string& path) {
 
 }  // namespace
 
-Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text) {
+Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text, const MemoryLimit& limit) {
   const auto separator = exists(text) ? std::nullopt : find_separator(text);
-  return separator ? open_material(text.substr(0, *separator), text.substr(*separator + 1)) : open_file(text);
+  return separator ? open_material(text.substr(0, *separator), text.substr(*separator + 1), limit) : open_file(text);
 }
 
-Result<std::shared_ptr<const ByteSource>> open_sliced_bytes(const std::string& text, std::string_view what) {
+Result<OpenedSource> source_in(const std::shared_ptr<const ByteSource>& bytes, const Options& options) {
+  const Result<const Format*> format = recognise(*bytes);
+  if (!format) return format.error();
+  Result<std::unique_ptr<BrdfSource>> source = open_source(bytes, options.select((*format)->options, OptionUse::kRead));
+  if (!source) return source.error();
+  // Reading a large table takes long enough for somebody to change their mind.
+  if (interrupted()) return interrupted_error();
+  return OpenedSource{*std::move(source), bytes->size(), *format};
+}
+
+Result<std::shared_ptr<const ByteSource>> open_sliced_bytes(const std::string& text, std::string_view what,
+                                                            const MemoryLimit& limit) {
   if (is_named(text)) return unsupported(fmt::format("is a model; {} are those of sliced files", what));
-  Result<Bytes> bytes = open_named_bytes(text);
+  Result<Bytes> bytes = open_named_bytes(text, limit);
   if (!bytes) return bytes;
   const Result<const Format*> format = recognise(**bytes);
   if (!format) return format.error();
-  if ((*format)->capabilities.has(Capability::kManyMaterials)) return (*format)->material(*bytes, "");
+  if ((*format)->capabilities.has(Capability::kManyMaterials)) return (*format)->material(*bytes, "", limit);
   if ((*format)->capabilities.has(Capability::kBundled)) return bytes;
   return unsupported(fmt::format("is of another kind, {}; {} are those of sliced files, see 'sbrdf convert --help'",
                                  (*format)->description, what));
@@ -98,16 +109,9 @@ Result<OpenedSource> open_source(const std::string& text, const Options& options
     opened.source = *std::move(source);
     return opened;
   }
-  const Result<Bytes> bytes = open_named_bytes(text);
+  const Result<Bytes> bytes = open_named_bytes(text, options.memory);
   if (!bytes) return bytes.error();
-  const Result<const Format*> format = recognise(**bytes);
-  if (!format) return format.error();
-  Result<std::unique_ptr<BrdfSource>> source =
-      open_source(*bytes, options.select((*format)->options, OptionUse::kRead));
-  if (!source) return source.error();
-  // Reading a large table takes long enough for somebody to change their mind.
-  if (interrupted()) return interrupted_error();
-  return OpenedSource{*std::move(source), (*bytes)->size(), *format};
+  return source_in(*bytes, options);
 }
 
 }  // namespace sbrdf::internal

@@ -10,6 +10,7 @@
 #include "converters/source/brdf_source.h"
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
@@ -20,13 +21,19 @@ struct OpenedSource {
 };
 
 /// The bytes of what `text` names: the path of a file, or "FILE:MATERIAL" for one material of a file that holds many,
-/// such as a bundle. A path that exists comes first.
-[[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text);
+/// such as a bundle; unpacking that stays within `limit`. A path that exists comes first.
+[[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text,
+                                                                         const MemoryLimit& limit = {});
+
+/// The source in bytes that open_named_bytes gave.
+[[nodiscard]] Result<OpenedSource> source_in(const std::shared_ptr<const ByteSource>& bytes,
+                                             const Options& options = {});
 
 /// The same for commands that work on sliced files as they are stored. kUnsupported for what is another kind of BRDF,
 /// saying that `what`, such as "levels", are those of sliced files; kUsage, listing names, for a bundle without a name.
 [[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_sliced_bytes(const std::string& text,
-                                                                          std::string_view what);
+                                                                          std::string_view what,
+                                                                          const MemoryLimit& limit = {});
 
 /// The path of the file that is read for `text`, which may name a material in it or its kind, too; nothing for a
 /// built-in model. It need not be there.

@@ -100,9 +100,9 @@ struct Format {
   Status (*check)(const Options& options) = nullptr;
 
   /// Of kManyMaterials: the bytes of one material as a file of its own. kUsage, with names near to it, where there is
-  /// none of that name.
-  Result<std::shared_ptr<const ByteSource>> (*material)(std::shared_ptr<const ByteSource> bytes,
-                                                        std::string_view name) = nullptr;
+  /// none of that name; kUnsupported where unpacking it takes more memory than allowed.
+  Result<std::shared_ptr<const ByteSource>> (*material)(std::shared_ptr<const ByteSource> bytes, std::string_view name,
+                                                        const MemoryLimit& limit) = nullptr;
 };
 
 /// As much of a file as tells its format.

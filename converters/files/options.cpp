@@ -107,6 +107,7 @@ std::optional<std::uint64_t> Options::count(std::string_view name) const {
 Options Options::select(std::span<const OptionSpec> declared, OptionUse use) const {
   Options selected;
   selected.provenance = provenance;
+  selected.memory = memory;
   for (const auto& [name, text] : given_) {
     if (find_option(declared, name, use) != nullptr) selected.set(name, text);
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "formats/core/result.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
@@ -80,10 +81,18 @@ class Options {
   [[nodiscard]] Options select(std::span<const OptionSpec> declared, OptionUse use) const;
 
   Provenance provenance;
+  MemoryLimit memory;  ///< of reading a file
 
  private:
   std::vector<std::pair<std::string, std::string>> given_;
 };
+
+/// For reading within a limit.
+[[nodiscard]] inline Options within(const MemoryLimit& memory) {
+  Options options;
+  options.memory = memory;
+  return options;
+}
 
 /// The declaration of that name that has a meaning for `use`, or nullptr.
 [[nodiscard]] const OptionSpec* find_option(std::span<const OptionSpec> declared, std::string_view name, OptionUse use);

@@ -5,8 +5,9 @@
 
 namespace sbrdf::internal {
 
-/// The metadata of a sliced file as JSON. What is none, or is nested so deep that writing it out again would overflow
-/// the stack, comes as one string.
+/// The metadata of a sliced file as JSON. What is none, is nested more than 64 deep (so that writing it out again could
+/// overflow the stack), or has more than 4096 values (each takes many times the memory of its text), comes as one
+/// string.
 [[nodiscard]] nlohmann::ordered_json parse_metadata(const std::string& text);
 
 /// The same on one line; bytes that are not UTF-8 are replaced.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "codec/file/value_scaling.h"
+#include "codec/coding/value_scaling.h"
 #include "converters/slicing/metadata.h"
 #include "converters/source/reciprocity.h"
 #include "converters/source/symmetry_detection.h"

@@ -26,6 +26,9 @@ class ByteSource {
 
   /// Of the whole source [bytes].
   [[nodiscard]] virtual std::uint64_t size() const = 0;
+  /// How many bytes are stored for it: fewer than size() where some are unpacked or follow from others. What a file may
+  /// ask for goes by this.
+  [[nodiscard]] virtual std::uint64_t stored_size() const { return size(); }
   /// Fills `target` with the bytes from `offset` on; the range lies within `size()`.
   [[nodiscard]] virtual Status read(std::uint64_t offset, std::span<std::byte> target) const = 0;
 

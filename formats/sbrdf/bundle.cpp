@@ -138,10 +138,15 @@ Bytes front_of_file(const BundleEntry& entry, std::span<const std::byte> head) {
 /// A file whose beginning is in memory and whose end is in the bundle.
 class MaterialSource final : public ByteSource {
  public:
-  MaterialSource(const ByteSource& bundle, Bytes front, std::uint64_t body_offset, std::uint64_t body_size)
-      : bundle_(bundle), front_(std::move(front)), body_offset_(body_offset), body_size_(body_size) {}
+  MaterialSource(const ByteSource& bundle, Bytes front, const BundleEntry& entry)
+      : bundle_(bundle),
+        front_(std::move(front)),
+        body_offset_(entry.offset + entry.stored_size + kChecksumSize),
+        body_size_(entry.body_size),
+        stored_size_(entry.bundled_size()) {}
 
   [[nodiscard]] std::uint64_t size() const override { return front_.size() + body_size_; }
+  [[nodiscard]] std::uint64_t stored_size() const override { return stored_size_; }
   [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
     if (offset < front_.size()) {
       const auto part = std::span(front_).subspan(static_cast<std::size_t>(offset));
@@ -159,6 +164,7 @@ class MaterialSource final : public ByteSource {
   Bytes front_;
   std::uint64_t body_offset_;
   std::uint64_t body_size_;
+  std::uint64_t stored_size_;
 };
 
 struct BundleHead {
@@ -246,17 +252,17 @@ std::uint64_t BundleEntry::file_size() const {
 
 std::uint64_t BundleEntry::bundled_size() const { return stored_size + kChecksumSize + body_size; }
 
-BundleReader::BundleReader(const ByteSource& source, std::uint64_t index_size)
-    : source_(&source), index_size_(index_size), dictionary_(std::make_unique<Dictionary>()) {}
+BundleReader::BundleReader(const ByteSource& source, std::uint64_t index_size, const MemoryLimit& limit)
+    : source_(&source), limit_(limit), index_size_(index_size), dictionary_(std::make_unique<Dictionary>()) {}
 BundleReader::BundleReader(BundleReader&&) noexcept = default;
 BundleReader& BundleReader::operator=(BundleReader&&) noexcept = default;
 BundleReader::~BundleReader() = default;
 
-Result<BundleReader> BundleReader::open(const ByteSource& source) {
+Result<BundleReader> BundleReader::open(const ByteSource& source, const MemoryLimit& limit) {
   const Result<BundleHead> head = read_bundle_head(source);
   if (!head) return head.error();
   const bool newer_minor = head->minor > kBundleMinor;
-  BundleReader reader(source, head->index.size());
+  BundleReader reader(source, head->index.size(), limit);
   reader.version_ = head->version;
   if (Status parsed = reader.parse_index(head->index, newer_minor); !parsed) return parsed.error();
   if (Status placed = reader.place_materials(newer_minor); !placed) return placed.error();
@@ -349,6 +355,9 @@ Result<std::span<const std::byte>> BundleReader::dictionary() const {
 }
 
 Result<std::vector<std::byte>> BundleReader::head(const BundleEntry& entry) const {
+  constexpr double kCopies = 6;  // packed, unpacked, at the front of the file, in the memory of who reads that
+  const double needed = kCopies * static_cast<double>(entry.head_size());
+  if (Status enough = check_memory(needed, limit_.of(entry.bundled_size())); !enough) return enough.error();
   Result<Bytes> bytes = read_range(*source_, entry.offset, entry.stored_size + kChecksumSize);
   if (!bytes) return bytes.error();
   const auto stored = std::span(*bytes).first(entry.stored_size);
@@ -370,8 +379,8 @@ Result<std::vector<std::byte>> BundleReader::head(const BundleEntry& entry) cons
 Result<std::unique_ptr<ByteSource>> BundleReader::material(const BundleEntry& entry) const {
   const Result<Bytes> unpacked = head(entry);
   if (!unpacked) return named(entry.name, unpacked.error());
-  return std::unique_ptr<ByteSource>(std::make_unique<MaterialSource>(
-      *source_, front_of_file(entry, *unpacked), entry.offset + entry.stored_size + kChecksumSize, entry.body_size));
+  return std::unique_ptr<ByteSource>(
+      std::make_unique<MaterialSource>(*source_, front_of_file(entry, *unpacked), entry));
 }
 
 Result<std::unique_ptr<ByteSource>> BundleReader::material(std::string_view name) const {

@@ -11,6 +11,7 @@
 
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
@@ -48,10 +49,10 @@ struct BundleEntry {
 /// Immutable; all members may be called from several threads at once.
 class BundleReader {
  public:
-  /// `source` must live as long as the reader and the materials. Refuses, before it allocates what they ask for, sizes
-  /// that do not fit the file. kUnsupported for a newer major version [SZ-1-3]; kInvalidFile for what breaks another
-  /// rule of sections 1 and 2.
-  [[nodiscard]] static Result<BundleReader> open(const ByteSource& source);
+  /// `source` must live as long as the reader and the materials. `limit` is for each material by itself. Refuses,
+  /// before it allocates what they ask for, sizes that do not fit the file. kUnsupported for a newer major version
+  /// [SZ-1-3]; kInvalidFile for what breaks another rule of sections 1 and 2.
+  [[nodiscard]] static Result<BundleReader> open(const ByteSource& source, const MemoryLimit& limit = {});
 
   BundleReader(BundleReader&&) noexcept;
   BundleReader& operator=(BundleReader&&) noexcept;
@@ -68,20 +69,22 @@ class BundleReader {
   [[nodiscard]] Result<const BundleEntry*> find(std::string_view name) const;
 
   /// The `.sbrdf` file as it was: its beginning in memory, the body in the bundle. The reader may go before it.
-  /// kInvalidFile where head or dictionary are damaged [SZ-3-2], [SZ-4-1], [SZ-4-2]. Whether the file itself is a valid
-  /// one is for its reader to say.
+  /// kInvalidFile where head or dictionary are damaged [SZ-3-2], [SZ-4-1], [SZ-4-2]; kUnsupported where the head would
+  /// unpack to more than the limit allows for what the bundle stores of the material. Whether the file itself is a
+  /// valid one is for its reader to say.
   [[nodiscard]] Result<std::unique_ptr<ByteSource>> material(std::string_view name) const;
   [[nodiscard]] Result<std::unique_ptr<ByteSource>> material(const BundleEntry& entry) const;
 
  private:
   struct Dictionary;
-  BundleReader(const ByteSource& source, std::uint64_t index_size);
+  BundleReader(const ByteSource& source, std::uint64_t index_size, const MemoryLimit& limit);
   [[nodiscard]] Status parse_index(std::span<const std::byte> index, bool newer_minor);
   [[nodiscard]] Status place_materials(bool newer_minor);
   [[nodiscard]] Result<std::span<const std::byte>> dictionary() const;
   [[nodiscard]] Result<std::vector<std::byte>> head(const BundleEntry& entry) const;
 
   const ByteSource* source_;
+  MemoryLimit limit_;
   std::string version_;
   std::uint64_t index_size_;
   std::uint64_t dictionary_size_ = 0;

@@ -5,9 +5,9 @@
 #include <ctime>
 #include <vector>
 
+#include "codec/coding/value_scaling.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
-#include "codec/file/value_scaling.h"
 #include "codec/material/evaluator.h"
 #include "tests/support/read_sliced.h"
 

@@ -24,8 +24,9 @@ ROOMS = {
         "material": ["frame"],
         "sampling": ["frame", "material"],
         "search": ["frame", "material", "sampling"],
-        "coding": ["frame", "material"],
-        "file": ["frame", "material", "coding"],
+        "entropy": [],
+        "coding": ["frame", "material", "entropy"],
+        "file": ["frame", "material", "entropy", "coding"],
     },
     "converters": {
         "source": [],

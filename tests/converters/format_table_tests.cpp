@@ -322,7 +322,7 @@ TEST(OpenBundle, NeedsTheNameOfAMaterial) {
 }
 
 TEST(OpenBundle, GivesTheFileOfAMaterial) {
-  const auto material = row("sbrdfz").material(source_of(small_files::bundle()), "a");
+  const auto material = row("sbrdfz").material(source_of(small_files::bundle()), "a", {});
   ASSERT_TRUE(material.ok());
   EXPECT_EQ(read_range(**material, 0, (*material)->size()).value(), small_files::sliced());
 }

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <bit>
 
+#include "codec/coding/value_scaling.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
-#include "codec/file/value_scaling.h"
 #include "codec/frame/cells.h"
 #include "codec/material/evaluator.h"
 #include "formats/core/byte_source.h"
@@ -42,13 +42,13 @@ void write_again(const DecodedSliced& decoded, const EncodeOptions& options) {
   require(same_samples(again->sliced, expected), "what was decoded comes back as round_to_precision says");
 }
 
-void check_levels(const SlicedReader& reader, const DecodedSliced& decoded) {
+void check_depths(const SlicedReader& reader, const DecodedSliced& decoded) {
   const Result<SlicedBrdf> coarse = reader.load_all(2);
-  require(coarse.ok(), "what decodes does so up to a level");
-  require(same_bits(coarse->crossing_values, decoded.sliced.crossing_values), "crossings are the same at every level");
+  require(coarse.ok(), "what decodes does so down to a depth");
+  require(same_bits(coarse->crossing_values, decoded.sliced.crossing_values), "crossings are the same at every depth");
   std::size_t expected = 0;
   for (const SamplePosition& place : decoded.sliced.positions) expected += depth_of(place.fraction) <= 2 ? 1 : 0;
-  require(coarse->adaptive_count() == expected, "all samples up to the level are there");
+  require(coarse->adaptive_count() == expected, "all samples down to the depth are there");
 }
 
 void check_cell(const PartialSliced& part, const DecodedSliced& decoded, const DirectionPair& pair) {
@@ -82,7 +82,7 @@ void exercise_sliced(const Bytes& file) {
     return;
   }
   require(check_sliced(decoded->sliced, decoded->lattice).ok(), "what decodes holds what sliced BRDFs must");
-  check_levels(*reader, *decoded);
+  check_depths(*reader, *decoded);
   require(part.ok(), "a cell of what decodes can be loaded");
   check_cell(*part, *decoded, pair);
   // Writing is slow: in one way, which the file's bytes choose.

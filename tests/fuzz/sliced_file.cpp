@@ -156,13 +156,12 @@ class Mutation {
     }
   }
 
-  // In a script of the symbols fuzzer a residual as it is, beside the greatest levels and those of infinite values.
+  // In a script of the symbols fuzzer a residual as it is, beside the greatest steps and those of infinite values.
   void insert_extreme(Bytes& payload) {
-    static constexpr std::array<std::uint32_t, 5> kLevels = {0x7F7FFFFF, 0x7F800000, 0x7FC00000, 0x7FFFFFFF,
-                                                             0xFFFFFFFE};
-    const std::uint32_t level = kLevels[below(kLevels.size())];
+    static constexpr std::array<std::uint32_t, 5> kSteps = {0x7F7FFFFF, 0x7F800000, 0x7FC00000, 0x7FFFFFFF, 0xFFFFFFFE};
+    const std::uint32_t step = kSteps[below(kSteps.size())];
     std::array<std::byte, 5> bytes = {static_cast<std::byte>(252 + below(2))};
-    for (unsigned k = 1; k < bytes.size(); ++k) bytes[k] = static_cast<std::byte>(level >> (32 - 8 * k));
+    for (unsigned k = 1; k < bytes.size(); ++k) bytes[k] = static_cast<std::byte>(step >> (32 - 8 * k));
     payload.insert(payload.begin() + static_cast<std::ptrdiff_t>(below(payload.size() + 1)), bytes.begin(),
                    bytes.end());
   }

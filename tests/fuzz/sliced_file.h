@@ -27,7 +27,7 @@ struct SlicedParts {
 /// them: anywhere, within the index, within one chunk, or one field of the index. For LLVMFuzzerCustomMutator.
 std::size_t mutate_sliced(std::uint8_t* bytes, std::size_t size, std::size_t max_size, unsigned seed);
 
-/// Reads a file in every way there is: whole, up to a level, around one pair of directions. Requires that all ways
+/// Reads a file in every way there is: whole, down to a depth, around one pair of directions. Requires that all ways
 /// agree and, where it decodes, that it is the same after it was written again.
 void exercise_sliced(const Bytes& file);
 

@@ -1,11 +1,11 @@
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <utility>
 
 #include "codec/coding/guide_steps.h"
-#include "codec/coding/rans.h"
 #include "codec/coding/sample_coder.h"
+#include "codec/entropy/event_stream.h"
+#include "codec/entropy/rans.h"
 #include "codec/file/reader.h"
 #include "codec/frame/cells.h"
 #include "formats/core/byte_source.h"
@@ -66,11 +66,11 @@ class ScriptIo {
   void residual(unsigned context, std::int64_t& value) {
     value = script_.residual();
     if (token_of(value).index >= index_.distributions.token_count) value = 0;
-    events_.push_back({value, context, false});
+    events_.push_back({value, static_cast<std::uint8_t>(context), false});
   }
   void flag(unsigned context, bool& value) {
     value = script_.flag();
-    events_.push_back({value ? 1 : 0, context, true});
+    events_.push_back({value ? 1 : 0, static_cast<std::uint8_t>(context), true});
   }
   [[nodiscard]] std::int32_t step(std::int64_t step) {
     constexpr std::int64_t kMost = 0x7FFFFFFF;
@@ -80,31 +80,10 @@ class ScriptIo {
   [[nodiscard]] bool ok() const { return !failed_ && events_.size() < kMostSamples * 8; }
 
   [[nodiscard]] Bytes stream() const {
-    RansEncoder out;
-    std::map<std::uint8_t, Distribution> distributions;
-    for (auto event = events_.rbegin(); event != events_.rend(); ++event) {
-      if (event->flag) {
-        const std::uint32_t yes = 16U * index_.distributions.flags[event->context];
-        event->value != 0 ? out.put(0, yes) : out.put(yes, kProbabilityOne - yes);
-        continue;
-      }
-      const std::uint8_t number = index_.distributions.residuals[event->context];
-      const auto found = distributions.try_emplace(number);
-      if (found.second) found.first->second = make_distribution(number, index_.distributions.token_count);
-      const Token token = token_of(event->value);
-      out.put_bits(token.bits, token.bit_count);
-      out.put(found.first->second.start[token.index], found.first->second.frequency[token.index]);
-    }
-    return out.finish();
+    return events_.empty() ? RansEncoder().finish() : StreamWriter(index_.distributions).write(events_);
   }
 
  private:
-  struct Event {
-    std::int64_t value = 0;
-    unsigned context = 0;
-    bool flag = false;
-  };
-
   Script script_;
   const SlicedIndex& index_;
   std::vector<Event> events_;
@@ -148,11 +127,12 @@ class ScriptedFile {
     code_guide_nodes(io, index_.coding(), node_count, nodes);
     SliceSteps state(channels_);
     begin_guide(lattice_, nodes, state);
+    const CodingParameters coding = index_.coding();
+    const SliceCoding guide_coding = {coding, kGuideSampleContexts, [&](const SamplePosition& place) {
+                                        return guide_position_deg(lattice_.nodes[kVertical], place);
+                                      }};
     for (int depth = 1; depth <= kMaxDepth && io.ok(); ++depth) {
-      code_depth(
-          io, index_.coding(), depth, state,
-          [&](const SamplePosition& place) { return guide_position_deg(lattice_.nodes[kVertical], place); }, nullptr,
-          CodingContext::kGuideSample, CodingContext::kGuideSample, false);
+      code_depth(io, guide_coding, depth, state, SamplesToRead());
     }
     index_.guide_count = static_cast<std::uint32_t>(state.samples.size());
     payload = io.stream();
@@ -191,14 +171,14 @@ class ScriptedFile {
   // False when it is enough, or too much for a reader.
   bool write_slice(std::uint32_t k, std::vector<Piece>& pieces) {
     const Slice& slice = lattice_.slices[k];
+    const CodingParameters coding = index_.coding();
+    const SliceCoding slice_coding = {
+        coding, kSampleContexts, [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }};
     begin_slice(lattice_, slice, crossings_, state_);
     const std::size_t known = state_.samples.size();
     for (Piece& piece : pieces) {
       for (int depth = piece.depths.first; depth < piece.depths.second; ++depth) {
-        code_depth(
-            piece.io, index_.coding(), depth, state_,
-            [&](const SamplePosition& place) { return position_deg(lattice_, slice, place); }, nullptr,
-            CodingContext::kSampleBase, CodingContext::kSampleOther);
+        code_depth(piece.io, slice_coding, depth, state_, SamplesToRead());
         if (!piece.io.ok() || sample_count_ + state_.samples.size() - known > kMostSamples) return false;
       }
     }

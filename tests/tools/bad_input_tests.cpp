@@ -102,7 +102,10 @@ class BadFileTest : public testing::TestWithParam<BadFile> {
 
 TEST_P(BadFileTest, IsRefusedByConvertToSlices) { expect_refused({"convert", file_, folder_ / "out.sbrdf"}); }
 TEST_P(BadFileTest, IsRefusedByConvertToMerl) { expect_refused({"convert", file_, folder_ / "out.binary", "--json"}); }
-TEST_P(BadFileTest, IsRefusedByInfo) { expect_refused({"info", file_}); }
+TEST_P(BadFileTest, IsRefusedByInfo) {
+  if (GetParam().name == std::string("SlicedDamaged")) return;  // in a sample, and info reads none: see Info
+  expect_refused({"info", file_});
+}
 TEST_P(BadFileTest, IsRefusedAsReference) { expect_refused({"compare", file_, "kurt:wood01", "--random", "9"}); }
 TEST_P(BadFileTest, IsRefusedAsTest) { expect_refused({"compare", "kurt:wood01", file_, "--random", "9", "--json"}); }
 TEST_P(BadFileTest, IsRefusedByEval) { expect_refused({"eval", file_}, "theta_i,phi_i,theta_v,phi_v\n1,2,3,4\n"); }

@@ -100,9 +100,9 @@ Ends make_terminal() {
   return {reading, open_or_throw(name.data(), O_RDWR | O_NOCTTY)};
 }
 
-int wait_for(pid_t pid) {
+int wait_for(pid_t pid, rusage* usage = nullptr) {
   int status = 0;
-  for (int waited = 0; waitpid(pid, &status, WNOHANG) == 0; waited += kNap) {
+  for (int waited = 0; wait4(pid, &status, WNOHANG, usage) == 0; waited += kNap) {
     if (waited > kPatience) ::kill(pid, SIGKILL);
     std::this_thread::sleep_for(std::chrono::milliseconds(kNap));
   }
@@ -170,7 +170,9 @@ ProgramRun run_command(const std::vector<std::string>& command, const RunOptions
   ProgramRun run;
   const pid_t pid = start(command, options, streams);
   if (options.signal) run.ended_before_signal = !send(pid, *options.signal);
-  run.exit_code = wait_for(pid);
+  rusage usage{};
+  run.exit_code = wait_for(pid, &usage);
+  run.peak_memory = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
   for (const int number : {streams.in, streams.out, streams.err}) ::close(number);
   if (!options.output_to_full_device) run.out = read_text(folder / "out");
   run.err = read_text(folder / "err");

@@ -56,6 +56,7 @@ struct ProgramRun {
   std::string out;
   std::string err;
   bool ended_before_signal = false;
+  std::uint64_t peak_memory = 0;  ///< resident at most [bytes]
 
   [[nodiscard]] nlohmann::ordered_json json() const { return nlohmann::ordered_json::parse(out); }
 };

@@ -129,8 +129,8 @@ TEST_F(Pack, ADamagedMaterialIsTold) {
   auto bytes = read_bytes(bundle_);
   bytes.back() ^= std::byte{1};
   write_bytes(bundle_, bytes);
-  expect_failure(run_sbrdf({"info", bundle_ + ":wood"}), 3, bundle_ + ":wood", "[SB-1-7]");
-  EXPECT_EQ(run_sbrdf({"info", bundle_ + ":fabric"}).exit_code, 0);
+  expect_failure(run_sbrdf({"eval", bundle_ + ":wood"}), 3, bundle_ + ":wood", "[SB-1-7]");
+  EXPECT_EQ(run_sbrdf({"eval", bundle_ + ":fabric"}, {.input = "theta_i,phi_i,theta_v,phi_v\n"}).exit_code, 0);
 }
 
 TEST_F(Pack, NamesEveryBadFileAndWritesNothing) {

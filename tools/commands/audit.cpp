@@ -25,11 +25,12 @@ struct AuditOptions {
   std::uint64_t samples = kDefaultSampleCount;
   std::string placement;
   std::string csv;
+  MemoryLimit memory;
   bool json = false;
 };
 
 Result<StorageRow> audit(const std::string& name, const AuditOptions& options) {
-  const Result<OpenedSource> opened = open_source(name);
+  const Result<OpenedSource> opened = open_source(name, within(options.memory));
   if (!opened) return opened.error();
   if (const DecodedSliced* content = opened->source->sliced()) {
     return audit_storage(name, content->sliced, content->lattice);
@@ -148,6 +149,7 @@ void add_audit(CLI::App& program, int& exit_code) {
       ->type_name("paper");
   command->add_option("--csv", options->csv, "Also write the figures to this file")->type_name("FILE");
   command->add_flag("--json", options->json, "Print JSON");
+  add_memory_limit(*command, options->memory);
   command->footer("Example:\n  sbrdf audit kurt:fabric112 kurt:wood01 --samples 8911");
   command->callback([options, &exit_code] { exit_code = run_audit(*options); });
 }

@@ -25,6 +25,7 @@ struct CompareCommand {
   CompareOptions options;
   std::optional<double> max_mre;
   std::optional<double> max_rel_l1;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -111,9 +112,9 @@ Result<Comparison> compare_with_bar(const BrdfSource& reference, const BrdfSourc
 }
 
 int run_compare(const CompareCommand& command) {
-  const Result<OpenedSource> reference = open_source(command.reference);
+  const Result<OpenedSource> reference = open_source(command.reference, within(command.memory));
   if (!reference) return report_error(command.reference, reference.error());
-  const Result<OpenedSource> test = open_source(command.test);
+  const Result<OpenedSource> test = open_source(command.test, within(command.memory));
   if (!test) return report_error(command.test, test.error());
   const Stopwatch watch;
   const Result<Comparison> result = compare_with_bar(*reference->source, *test->source, command.options);
@@ -139,6 +140,7 @@ void add_options(CLI::App& app, CompareCommand& command) {
   add_number(app, "--max-mre", command.max_mre, {0}, "PERCENT", "Exit code 5 where the MRE is above");
   add_number(app, "--max-rel-l1", command.max_rel_l1, {0}, "PERCENT", "Exit code 5 where the relative L1 is above");
   app.add_flag("--json", command.json, "Print JSON");
+  add_memory_limit(app, command.memory);
 }
 
 }  // namespace

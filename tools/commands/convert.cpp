@@ -14,6 +14,7 @@
 #include "converters/files/kurt/kurt_file.h"
 #include "formats/os/files.h"
 #include "tools/commands/commands.h"
+#include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
@@ -226,6 +227,7 @@ void add_convert(CLI::App& program, int& exit_code) {
   command->add_option("OUT", options->out, "The file to write; its extension chooses the format")->required();
   add_format_options(*command, options->given);
   command->add_flag("--json", options->json, "Print the report as JSON");
+  add_memory_limit(*command, options->given.memory);
   command->footer(
       "A sliced IN is copied to a sliced OUT as it is, unless one of the options on slices asks to sample it again;\n"
       "--precision and --chunks only write it another way.\n\n"

@@ -24,6 +24,7 @@ namespace {
 struct EvalOptions {
   std::string file;
   bool cosine = false;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -181,7 +182,7 @@ class Evaluation {
 };
 
 int run_eval(const EvalOptions& options) {
-  const Result<OpenedSource> opened = open_source(options.file);
+  const Result<OpenedSource> opened = open_source(options.file, within(options.memory));
   if (!opened) return report_error(options.file, opened.error());
   const Status done = Evaluation(*opened->source, options).run();
   return done ? 0 : report_error(kInputName, done.error());
@@ -195,6 +196,7 @@ void add_eval(CLI::App& program, int& exit_code) {
   command->add_option("FILE", options->file, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
   command->add_flag("--cosine", options->cosine, "Multiply by cos theta_v");
   command->add_flag("--json", options->json, "Print an array of objects");
+  add_memory_limit(*command, options->memory);
   command->footer(
       "Standard input is CSV with a header that begins with theta_i,phi_i,theta_v,phi_v, in degrees from the normal "
       "and\n"

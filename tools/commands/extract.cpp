@@ -27,6 +27,7 @@ struct ExtractOptions {
   std::string out;
   double theta_max_deg = 90;
   std::uint64_t level = kMaxDepth;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -50,7 +51,8 @@ Result<Comparison> difference_from_whole(const DecodedSliced& whole, const Slice
 }
 
 Result<Extraction> extract(const ExtractOptions& options) {
-  const Result<std::shared_ptr<const ByteSource>> file = open_sliced_bytes(options.in, "parts and levels");
+  const Result<std::shared_ptr<const ByteSource>> file =
+      open_sliced_bytes(options.in, "parts and levels", options.memory);
   if (!file) return file.error();
   Extraction done;
   done.bytes_in = (*file)->size();
@@ -58,7 +60,7 @@ Result<Extraction> extract(const ExtractOptions& options) {
     done.bytes_read += target.size();
     return (*file)->read(offset, target);
   });
-  const Result<SlicedReader> reader = SlicedReader::open(counted);
+  const Result<SlicedReader> reader = SlicedReader::open(counted, options.memory);
   if (!reader) return reader.error();
   const DirectionBox box = {.theta_to = options.theta_max_deg};
   const Result<PartialSliced> part =
@@ -136,6 +138,7 @@ void add_extract(CLI::App& program, int& exit_code) {
   add_count(*command, "--level", options->level, {0, kMaxDepth},
             "Samples up to this level of refinement: 0 crossings only, 1 the middles between them, ...");
   command->add_flag("--json", options->json, "Print JSON");
+  add_memory_limit(*command, options->memory);
   command->footer(
       "The precision stays that of IN. Values differ a little from IN's, most near the largest theta, because slices "
       "end there: the report says how much.\n\nExample:\n  sbrdf extract material.sbrdf part.sbrdf --theta-max 60 "

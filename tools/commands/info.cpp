@@ -2,18 +2,23 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "codec/coding/chunk_layout.h"
 #include "codec/file/reader.h"
 #include "converters/files/by_name.h"
+#include "converters/files/kurt/kurt_file.h"
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
 #include "converters/slicing/names.h"
 #include "formats/os/files.h"
+#include "formats/sbrdf/container.h"
 #include "tools/commands/commands.h"
+#include "tools/console/options.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf::internal {
@@ -43,34 +48,63 @@ Json placement_of(const FrameSpec& frame) {
   return placement;
 }
 
-void add_sliced(const DecodedSliced& content, Json& json) {
-  const SlicedBrdf& sliced = content.sliced;
-  const std::size_t crossings = sliced.crossing_count();
-  json["version"] = content.version;
-  json["frame"] = geometry(sliced.frame.id).name();
-  json["domain"] = name_of(kDomainNames, sliced.domain.kind);
-  json["symmetries"] = {{"mirror_x", sliced.frame.symmetries.mirror_x}, {"mirror_y", sliced.frame.symmetries.mirror_y}};
-  json["placement"] = placement_of(sliced.frame);
-  json["precision_percent"] = 100 * content.precision;
+// Out of the index and the metadata: samples are not read.
+void add_sliced(const SlicedReader& reader, const std::string& metadata, Json& json) {
+  const SlicedIndex& index = reader.index();
+  const std::size_t crossings = reader.lattice().crossings.size();
+  json["version"] = reader.version();
+  json["frame"] = geometry(index.frame.id).name();
+  json["domain"] = name_of(kDomainNames, index.domain.kind);
+  json["symmetries"] = {{"mirror_x", index.frame.symmetries.mirror_x}, {"mirror_y", index.frame.symmetries.mirror_y}};
+  json["placement"] = placement_of(index.frame);
+  json["precision_percent"] = 100 * index.scale.bound();
   json["samples"] = {{"crossings", crossings},
-                     {"adaptive", sliced.adaptive_count()},
-                     {"guide", sliced.guide_count()},
-                     {"total", sliced.sample_count()}};
-  json["metadata"] = parse_metadata(sliced.metadata);
+                     {"adaptive", index.adaptive_count},
+                     {"guide", index.guide_count},
+                     {"total", crossings + index.adaptive_count + index.guide_count}};
+  json["metadata"] = parse_metadata(metadata);
 }
 
-Json describe(const OpenedSource& opened) {
-  const SourceTraits& traits = opened.source->traits();
+Json describe(const SourceTraits& traits, std::optional<std::uint64_t> bytes) {
   Json json = {{"format", traits.format},         {"description", traits.description}, {"isotropic", traits.isotropic},
                {"reciprocal", traits.reciprocal}, {"channels", traits.channels},       {"bytes", nullptr},
                {"findings", Json::array()}};
-  if (opened.bytes) json["bytes"] = *opened.bytes;
+  if (bytes) json["bytes"] = *bytes;
   for (const Finding& finding : traits.findings) {
     json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
   }
   if (!traits.shape.empty()) json["shape"] = traits.shape;
-  if (const DecodedSliced* content = opened.source->sliced()) add_sliced(*content, json);
   return json;
+}
+
+/// What a file is, and all that info has to say of it.
+struct Description {
+  SourceTraits traits;
+  Json json;
+};
+
+Result<Description> describe_sliced(const ByteSource& file, const MemoryLimit& limit) {
+  const Result<SlicedReader> reader = SlicedReader::open(file, limit);
+  if (!reader) return reader.error();
+  const Result<std::string> metadata = reader->metadata();
+  if (!metadata) return metadata.error();
+  const SourceTraits traits = sliced_traits(reader->index().frame, reader->index().channels);
+  Json json = describe(traits, file.size());
+  add_sliced(*reader, *metadata, json);
+  return Description{traits, std::move(json)};
+}
+
+Result<Description> describe(const std::string& text, const MemoryLimit& limit) {
+  const auto described = [](const Result<OpenedSource>& opened) -> Result<Description> {
+    if (!opened) return opened.error();
+    const SourceTraits& traits = opened->source->traits();
+    return Description{traits, describe(traits, opened->bytes)};
+  };
+  if (is_named(text) || file_in_name(text)) return described(open_source(text, within(limit)));
+  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text, limit);
+  if (!file) return file.error();
+  const Result<std::vector<std::byte>> start = read_start(**file, kContainerMagic.size());
+  return start && is_container(*start) ? describe_sliced(**file, limit) : described(source_in(*file, within(limit)));
 }
 
 /// A value on one line, text without its quotes.
@@ -87,8 +121,7 @@ void add_rows(Table& table, const std::string& name, const Json& value) {
   }
 }
 
-void print_as_table(const OpenedSource& opened, const Json& json) {
-  const SourceTraits& traits = opened.source->traits();
+void print_as_table(const SourceTraits& traits, const Json& json) {
   Table table;
   for (const auto& [key, value] : json.items()) {
     if (key == "channels") {
@@ -108,6 +141,7 @@ struct InfoOptions {
   std::string file;
   std::string against;
   bool levels = false;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -127,9 +161,10 @@ int deepest_level(const SlicedBrdf& sliced) {
 }
 
 Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
-  const Result<std::shared_ptr<const ByteSource>> file = open_sliced_bytes(options.file, "levels of detail");
+  const Result<std::shared_ptr<const ByteSource>> file =
+      open_sliced_bytes(options.file, "levels of detail", options.memory);
   if (!file) return file.error();
-  const Result<SlicedReader> reader = SlicedReader::open(**file);
+  const Result<SlicedReader> reader = SlicedReader::open(**file, options.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> whole = reader->load_all();
   if (!whole) return whole.error();
@@ -138,7 +173,7 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
   if (options.against.empty()) {
     reference = std::make_unique<SlicedSource>(DecodedSliced{*std::move(whole), reader->lattice()});
   } else {
-    Result<OpenedSource> opened = open_source(options.against);
+    Result<OpenedSource> opened = open_source(options.against, within(options.memory));
     if (!opened) {
       Error error = opened.error();
       error.message = options.against + ": " + error.message;
@@ -188,14 +223,13 @@ int run_levels(const InfoOptions& options) {
   return 0;
 }
 
-int run_info(const std::string& file, bool as_json) {
-  const Result<OpenedSource> opened = open_source(file);
-  if (!opened) return report_error(file, opened.error());
-  const Json json = describe(*opened);
-  if (as_json) {
-    print_json(json);
+int run_info(const InfoOptions& options) {
+  const Result<Description> description = describe(options.file, options.memory);
+  if (!description) return report_error(options.file, description.error());
+  if (options.json) {
+    print_json(description->json);
   } else {
-    print_as_table(*opened, json);
+    print_as_table(description->traits, description->json);
   }
   return 0;
 }
@@ -212,12 +246,11 @@ void add_info(CLI::App& program, int& exit_code) {
       ->needs(levels)
       ->type_name("SOURCE");
   command->add_flag("--json", options->json, "Print JSON");
+  add_memory_limit(*command, options->memory);
   command->footer(
       "Angles are in degrees, sizes in bytes.\n\nExamples:\n  sbrdf info material.sbrdf --json\n"
       "  sbrdf info fabric112.sbrdf --levels --against kurt:fabric112");
-  command->callback([options, &exit_code] {
-    exit_code = options->levels ? run_levels(*options) : run_info(options->file, options->json);
-  });
+  command->callback([options, &exit_code] { exit_code = options->levels ? run_levels(*options) : run_info(*options); });
 }
 
 }  // namespace sbrdf::internal

@@ -14,6 +14,7 @@
 #include "formats/os/files.h"
 #include "formats/sbrdf/bundle.h"
 #include "tools/commands/commands.h"
+#include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"
@@ -27,6 +28,7 @@ struct PackOptions {
   std::string folder;
   std::string out;
   std::string list;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -80,7 +82,7 @@ Result<Folder> look_into(const fs::path& path) {
 }
 
 // Only what can be read to its end goes into a bundle.
-Status load(Material& material) {
+Status load(Material& material, const MemoryLimit& limit) {
   if (Status allowed = check_material_name(material.path.stem().string()); !allowed) return allowed;
   const Result<std::unique_ptr<ByteSource>> mapped = map_file(material.path);  // a named pipe would never end
   if (!mapped) return mapped.error();
@@ -93,7 +95,7 @@ Status load(Material& material) {
   Result<std::vector<std::byte>> file = read_range(**mapped, 0, (*mapped)->size());
   if (!file) return file.error();
   const MemorySource source(*file);
-  const Result<SlicedReader> reader = SlicedReader::open(source);
+  const Result<SlicedReader> reader = SlicedReader::open(source, limit);
   if (!reader) return reader.error();
   const Result<SlicedBrdf> all = reader->load_all();
   if (!all) return all.error();
@@ -103,7 +105,7 @@ Status load(Material& material) {
 }
 
 /// All that is wrong, so that a folder is mended in one go.
-std::vector<Failure> load_all(std::vector<Material>& materials) {
+std::vector<Failure> load_all(std::vector<Material>& materials, const MemoryLimit& limit) {
   std::vector<Failure> failures;
   ProgressBar bar("pack");
   ProgressCounter counter(bar.progress(), materials.size());
@@ -113,7 +115,7 @@ std::vector<Failure> load_all(std::vector<Material>& materials) {
     if (!is_new) {
       failures.push_back({material.path.string(),
                           usage_error("has the same name in the bundle as " + other->second.filename().string())});
-    } else if (Status loaded = load(material); !loaded) {
+    } else if (Status loaded = load(material, limit); !loaded) {
       failures.push_back({material.path.string(), loaded.error()});
     }
     if (!counter.advance()) return {{"", interrupted_error()}};
@@ -136,7 +138,7 @@ std::vector<Failure> pack(const PackOptions& options, std::vector<std::string>& 
   std::vector<std::string> files;
   for (const Material& material : materials) files.push_back(material.path.string());
   if (Status free = check_output(options.out, &bundle_format(), files); !free) return one(options.out, free.error());
-  if (auto failures = load_all(materials); !failures.empty()) return failures;
+  if (auto failures = load_all(materials, options.memory); !failures.empty()) return failures;
   std::vector<BundleInput> inputs;
   for (const Material& material : materials) {
     inputs.push_back({material.path.stem().string(), material.file, material.first_chunk_size});
@@ -233,6 +235,7 @@ void add_pack(CLI::App& program, int& exit_code) {
       ->excludes(folder)
       ->excludes(out);
   command->add_flag("--json", options->json, "Print JSON");
+  add_memory_limit(*command, options->memory);
   command->footer(
       "A material is named as its file without the extension, and read as BUNDLE.sbrdfz:NAME wherever a file is read.\n"
       "Names that begin with a dot are skipped, and said to be. Nothing is written unless every file is valid: the bad "

@@ -12,6 +12,7 @@
 #include "formats/os/interrupt.h"
 #include "formats/sbrdf/bundle.h"
 #include "tools/commands/commands.h"
+#include "tools/console/options.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf::internal {
@@ -19,6 +20,7 @@ namespace {
 
 struct VerifyOptions {
   std::vector<std::string> files;
+  MemoryLimit memory;
   bool json = false;
 };
 
@@ -31,8 +33,8 @@ struct Verdict {
 };
 
 // Everything that a reader could ever look at.
-Status verify_sliced(const ByteSource& source, Verdict& verdict) {
-  const Result<SlicedReader> reader = SlicedReader::open(source);
+Status verify_sliced(const ByteSource& source, const MemoryLimit& limit, Verdict& verdict) {
+  const Result<SlicedReader> reader = SlicedReader::open(source, limit);
   if (!reader) return reader.error();
   const Result<SlicedBrdf> all = reader->load_all();
   if (!all) return all.error();
@@ -42,12 +44,12 @@ Status verify_sliced(const ByteSource& source, Verdict& verdict) {
   return ok_status();
 }
 
-Status verify_bundle(const ByteSource& source, Verdict& verdict) {
-  const Result<BundleReader> bundle = BundleReader::open(source);
+Status verify_bundle(const ByteSource& source, const MemoryLimit& limit, Verdict& verdict) {
+  const Result<BundleReader> bundle = BundleReader::open(source, limit);
   if (!bundle) return bundle.error();
   for (const BundleEntry& entry : bundle->entries()) {
     const Result<std::unique_ptr<ByteSource>> material = bundle->material(entry);
-    const Status status = material ? verify_sliced(**material, verdict) : Status(material.error());
+    const Status status = material ? verify_sliced(**material, limit, verdict) : Status(material.error());
     if (status) continue;
     Error error = status.error();
     error.message = one_line(entry.name) + ": " + error.message;
@@ -59,9 +61,9 @@ Status verify_bundle(const ByteSource& source, Verdict& verdict) {
   return ok_status();
 }
 
-Result<Verdict> verify(const std::string& text) {
+Result<Verdict> verify(const std::string& text, const MemoryLimit& limit) {
   if (is_named(text)) return unsupported("is a model; only sliced files and bundles have checksums");
-  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text);
+  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text, limit);
   if (!file) return file.error();
   const Result<const Format*> format = recognise(**file);
   if (!format) return format.error();
@@ -72,8 +74,8 @@ Result<Verdict> verify(const std::string& text) {
   }
   Verdict verdict;
   verdict.bytes = (*file)->size();
-  const Status status =
-      can.has(Capability::kManyMaterials) ? verify_bundle(**file, verdict) : verify_sliced(**file, verdict);
+  const Status status = can.has(Capability::kManyMaterials) ? verify_bundle(**file, limit, verdict)
+                                                            : verify_sliced(**file, limit, verdict);
   if (!status) return status.error();
   return verdict;
 }
@@ -84,7 +86,7 @@ int run_verify(const VerifyOptions& options) {
   Table table;
   for (const std::string& file : options.files) {
     if (interrupted()) return report_error("", interrupted_error());
-    const Result<Verdict> verdict = verify(file);
+    const Result<Verdict> verdict = verify(file, options.memory);
     if (!verdict) {
       json.push_back({{"file", file}, {"ok", false}, {"error", verdict.error().message}});
       const int failed = report_error(file, verdict.error());
@@ -118,6 +120,7 @@ void add_verify(CLI::App& program, int& exit_code) {
   const auto options = std::make_shared<VerifyOptions>();
   command->add_option("FILE", options->files, "Sliced files, bundles, or BUNDLE.sbrdfz:NAME")->required();
   command->add_flag("--json", options->json, "Print JSON");
+  add_memory_limit(*command, options->memory);
   command->footer(
       "All files are checked; the exit code is that of the first bad one, 3 for a damaged file.\n\n"
       "Example:\n  sbrdf verify materials/*.sbrdf");

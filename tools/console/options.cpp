@@ -58,4 +58,18 @@ CLI::Option* add_count(CLI::App& app, const std::string& flag, std::optional<std
   return add_count_to(app, flag, value, range, help);
 }
 
+CLI::Option* add_memory_limit(CLI::App& app, MemoryLimit& limit) {
+  const auto take = [&limit](const std::string& text) {
+    constexpr CountRange kMebibytes = {1, std::uint64_t{1} << 40U};
+    const Result<std::uint64_t> mebibytes = count_within(text, kMebibytes);
+    if (!mebibytes) throw CLI::ValidationError("--memory-limit", mebibytes.error().message);
+    limit.bytes = *mebibytes << 20U;
+  };
+  return app
+      .add_option_function<std::string>(
+          "--memory-limit", take,
+          "The most that reading a sliced file may take, in MiB; by default 64, and 1 for each KiB of the file")
+      ->type_name("MIB");
+}
+
 }  // namespace sbrdf::internal

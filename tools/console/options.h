@@ -7,6 +7,7 @@
 
 #include "converters/files/options.h"
 #include "formats/core/numbers.h"  // IWYU pragma: export
+#include "formats/sbrdf/memory_limit.h"
 
 namespace sbrdf::internal {
 
@@ -21,5 +22,8 @@ CLI::Option* add_count(CLI::App& app, const std::string& flag, std::uint64_t& va
                        const std::string& help);
 CLI::Option* add_count(CLI::App& app, const std::string& flag, std::optional<std::uint64_t>& value, CountRange range,
                        const std::string& help);
+
+/// Gives a command that reads files the option --memory-limit.
+CLI::Option* add_memory_limit(CLI::App& app, MemoryLimit& limit);
 
 }  // namespace sbrdf::internal

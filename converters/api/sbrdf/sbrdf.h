@@ -142,6 +142,9 @@ struct Part {
 struct OpenOptions {
   std::optional<Part> part = {};  ///< not given: the whole material
   Options format = {};            ///< options of the format that is found
+  /// What a file may make the library allocate, at most [bytes]; kUnsupported beyond. Not given: 64 MiB and 1024 bytes
+  /// for each byte of the file, which no honest .sbrdf needs. Tables are read in place and not counted.
+  std::optional<std::uint64_t> memory_limit = {};
 };
 
 /// Something that a conversion changed or lost, for people (`text`) and for scripts (`key`, `value`).

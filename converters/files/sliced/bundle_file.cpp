@@ -16,6 +16,7 @@ class MaterialFile final : public ByteSource {
       : bundle_(std::move(bundle)), file_(std::move(file)) {}
 
   [[nodiscard]] std::uint64_t size() const override { return file_->size(); }
+  [[nodiscard]] std::uint64_t stored_size() const override { return file_->stored_size(); }
   [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
     return file_->read(offset, target);
   }
@@ -35,8 +36,8 @@ constexpr std::array kOptions = {
 }  // namespace
 
 Result<std::shared_ptr<const ByteSource>> material_of_bundle(std::shared_ptr<const ByteSource> bundle,
-                                                             std::string_view name) {
-  const Result<BundleReader> reader = BundleReader::open(*bundle);
+                                                             std::string_view name, const MemoryLimit& limit) {
+  const Result<BundleReader> reader = BundleReader::open(*bundle, limit);
   if (!reader) return reader.error();
   Result<std::unique_ptr<ByteSource>> file = reader->material(name);
   if (!file) return file.error();
@@ -45,9 +46,9 @@ Result<std::shared_ptr<const ByteSource>> material_of_bundle(std::shared_ptr<con
 
 Result<std::unique_ptr<BrdfSource>> open_bundle(std::shared_ptr<const ByteSource> bundle, const Options& options) {
   Result<std::shared_ptr<const ByteSource>> file =
-      material_of_bundle(std::move(bundle), options.text("material").value_or(""));
+      material_of_bundle(std::move(bundle), options.text("material").value_or(""), options.memory);
   if (!file) return file.error();
-  return open_sliced(*std::move(file), {});
+  return open_sliced(*std::move(file), within(options.memory));
 }
 
 std::span<const OptionSpec> bundle_options() { return kOptions; }

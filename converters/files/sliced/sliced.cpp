@@ -51,19 +51,19 @@ Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& 
 
 }  // namespace
 
-SourceTraits sliced_traits(const SlicedBrdf& sliced) {
+SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string>& channels) {
   SourceTraits traits;
   traits.format = "sbrdf";
-  traits.description = "sliced BRDF, " + std::string(geometry(sliced.frame.id).name()) + " frame";
-  traits.channels = sliced.channels;
-  traits.isotropic = sliced.frame.symmetries.isotropic;
+  traits.description = "sliced BRDF, " + std::string(geometry(frame.id).name()) + " frame";
+  traits.channels = channels;
+  traits.isotropic = frame.symmetries.isotropic;
   traits.reciprocal = true;
   return traits;
 }
 
 SlicedSource::SlicedSource(DecodedSliced decoded)
     : decoded_(std::move(decoded)),
-      traits_(sliced_traits(decoded_.sliced)),
+      traits_(sliced_traits(decoded_.sliced.frame, decoded_.sliced.channels)),
       evaluator_(decoded_.sliced, decoded_.lattice) {}
 
 void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
@@ -73,8 +73,8 @@ void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<floa
   }
 }
 
-Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& /*options*/) {
-  const Result<SlicedReader> reader = SlicedReader::open(*bytes);
+Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& options) {
+  const Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> sliced = reader->load_all();
   if (!sliced) return sliced.error();

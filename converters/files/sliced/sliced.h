@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "codec/file/encoder.h"
 #include "codec/material/evaluator.h"
@@ -10,8 +12,8 @@
 
 namespace sbrdf::internal {
 
-/// What holds for a sliced BRDF, or for a part of one.
-[[nodiscard]] SourceTraits sliced_traits(const SlicedBrdf& sliced);
+/// What a sliced file is, as its index tells.
+[[nodiscard]] SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string>& channels);
 
 /// A sliced BRDF that can be evaluated. Reciprocal by construction.
 class SlicedSource final : public BrdfSource {
@@ -28,7 +30,8 @@ class SlicedSource final : public BrdfSource {
   Evaluator evaluator_;
 };
 
-/// Opens a sliced file (specs/sbrdf.md), all of it: the row of the format table. Keeps nothing of the bytes.
+/// Opens a sliced file (specs/sbrdf.md), all of it, within options.memory: the row of the format table. Keeps nothing
+/// of the bytes.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes,
                                                               const Options& options);
 

@@ -16,8 +16,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "codec/coding/value_scaling.h"
 #include "codec/file/index.h"
-#include "codec/file/value_scaling.h"
 #include "formats/sbrdf/container.h"
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
@@ -36,13 +36,13 @@ const EncodeOptions kLossless = {};
 const EncodeOptions kTenthPercent = {0.001};
 
 /// What every halving adds: the middle of a gap that begins at `left`, and perhaps those of its halves.
-void halve(std::vector<SamplePosition>& places, std::uint32_t interval, std::uint32_t left, int level, double chance,
+void halve(std::vector<SamplePosition>& places, std::uint32_t interval, std::uint32_t left, int depth, double chance,
            Random& random) {
-  if (level > 16 || std::uniform_real_distribution<double>()(random) >= chance) return;
-  const std::uint32_t middle = left + (SamplePosition::kOne >> static_cast<unsigned>(level));
-  halve(places, interval, left, level + 1, 0.9 * chance, random);
+  if (depth > 16 || std::uniform_real_distribution<double>()(random) >= chance) return;
+  const std::uint32_t middle = left + (SamplePosition::kOne >> static_cast<unsigned>(depth));
+  halve(places, interval, left, depth + 1, 0.9 * chance, random);
   places.push_back({interval, middle});
-  halve(places, interval, middle, level + 1, 0.9 * chance, random);
+  halve(places, interval, middle, depth + 1, 0.9 * chance, random);
 }
 
 struct Example {
@@ -339,7 +339,7 @@ TEST(BoundedFile, HoldsFortyOrdersOfMagnitude) {
   }
 }
 
-/// Among values of a few hundred of the least that there is are some with no level near enough.
+/// Among values of a few hundred of the least that there is are some with no step near enough.
 Example tiny_example() {
   Example example = refused_example();
   for (std::size_t k = 0; k < example.sliced.sample_values.size(); ++k) {
@@ -539,7 +539,7 @@ TEST(SlicedFile, LeavesOutTheChunkOfMetadataWhereThereAreNone) {
 TEST(SlicedFile, HasAGuideWhoseLevelsCancelOut) {
   Example example = random_example(small_half_difference(), DomainKind::kLog, 2, 0.3, any_value);
   add_guide(example, 1, 0.5);
-  for (float& v : example.sliced.guide->values) v *= 1e30F;  // far beyond what any level is
+  for (float& v : example.sliced.guide->values) v *= 1e30F;  // far beyond what any step is
   expect_every_bit(through_a_file(example, kLossless).sliced, example.sliced);
   example = random_example(small_half_difference(), DomainKind::kLog, 2, 0.3, ordinary_value);
   add_guide(example, 1, 0.5);
@@ -547,14 +547,14 @@ TEST(SlicedFile, HasAGuideWhoseLevelsCancelOut) {
   expect_within(through_a_file(example, kTenthPercent).sliced, example.sliced, 0.001);
 }
 
-// -(2^31) is no level; less the guide's, this one value would be it.
+// -(2^31) is no step; less the guide's, this one value would be it.
 TEST(SlicedFile, HoldsTheValueThatTheGuideTakesToTheEndOfTheLevels) {
   Example example =
       random_example(small_half_difference(), DomainKind::kLog, 1, 0.3, [](Random&) { return -0x1.5p127F; });
   add_guide(example, 1, 0);
   std::fill(example.sliced.guide->values.begin(), example.sliced.guide->values.end(), 1.0F);
-  const auto guide_levels = static_cast<std::uint32_t>(std::floor(8388608 * 1.4426950408889634 + 0.5));
-  const float value = -std::bit_cast<float>(0x80000000U - guide_levels);
+  const auto guide_steps = static_cast<std::uint32_t>(std::floor(8388608 * 1.4426950408889634 + 0.5));
+  const float value = -std::bit_cast<float>(0x80000000U - guide_steps);
   ASSERT_TRUE(std::isfinite(value));
   example.sliced.crossing_values[0] = value;
   expect_every_bit(through_a_file(example, kLossless).sliced, example.sliced);

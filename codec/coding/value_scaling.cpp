@@ -1,9 +1,11 @@
-#include "codec/file/value_scaling.h"
+#include "codec/coding/value_scaling.h"
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "codec/coding/guide_steps.h"
+#include "codec/material/slice_samples.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -42,6 +44,28 @@ Scaled scale_values(const SlicedBrdf& sliced, double precision) {
   apply_scale(scaled.scale, 0, sliced.crossing_values, scaled.crossing_steps, scaled.crossing_values);
   apply_scale(scaled.scale, 0, sliced.sample_values, scaled.sample_steps, scaled.sample_values);
   return scaled;
+}
+
+void take_off_guide(const SlicedBrdf& sliced, const Lattice& lattice, Scaled& scaled) {
+  if (!sliced.guide) return;
+  const std::size_t channels = sliced.channel_count();
+  Guide guide = *sliced.guide;
+  for (float& v : guide.values) v = guide_value(scaled.scale, guide_step(scaled.scale, v));
+  const GuideSteps offsets(guide, lattice, channels, scaled.scale);
+  const auto row = [channels](std::vector<std::int32_t>& steps, std::size_t k) {
+    return std::span(steps).subspan(k * channels, channels);
+  };
+  for (std::size_t k = 0; k < lattice.crossings.size(); ++k) {
+    offsets.take_off(lattice.crossings[k], row(scaled.crossing_steps, k));
+  }
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
+    const Slice& slice = lattice.slices[k];
+    for (std::uint32_t s = 0; s < sliced.sample_counts[k]; ++s, ++next) {
+      offsets.take_off(coordinates_on(slice, position_deg(lattice, slice, sliced.positions[next])),
+                       row(scaled.sample_steps, next));
+    }
+  }
 }
 
 void round_to_precision(SlicedBrdf& sliced, double precision) {

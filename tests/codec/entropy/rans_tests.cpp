@@ -1,4 +1,4 @@
-#include "codec/coding/rans.h"
+#include "codec/entropy/rans.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "codec/file/metadata.h"
+#include "formats/sbrdf/metadata.h"
 
 #include <zstd.h>
 

@@ -1,4 +1,4 @@
-#include "codec/coding/distribution_choice.h"
+#include "codec/entropy/distribution_choice.h"
 
 #include <algorithm>
 #include <array>

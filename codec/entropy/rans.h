@@ -14,7 +14,25 @@
 namespace sbrdf::internal {
 
 // Entropy coding of what prediction leaves: whole numbers by tokens and plain bits, yes-or-no flags, all in one stream
-// of an rANS coder. specs/sbrdf.md, section 5.
+// of an rANS coder (Duda, Asymmetric numeral systems, 2013). specs/sbrdf.md, section 5.
+//
+// The state x is one large number that holds all symbols so far. With probabilities in units of 2^-k, k = 12, a symbol
+// of frequency f that begins at c goes into it by
+//
+//     x' = (x / f) 2^k + x mod f + c          x' is about x 2^k / f: it grows by log2(2^k / f) bits, the symbol's share
+//
+// and comes out again, since x' mod 2^k lies in [c, c + f) and so tells which symbol it was, by
+//
+//     x = f (x' / 2^k) + x' mod 2^k - c
+//
+// What goes in last comes out first: the encoder works from the last symbol to the first.
+//
+// Invariant: 2^16 <= x < 2^32 before and after each symbol. The encoder moves the low 16 bits of x out as a word when
+// x >= f 2^(32 - k), the least at which x' would reach 2^32; then x' stays in range, since one word is enough: x < 2^32
+// leaves x / 2^16 < 2^16 <= f 2^(32 - k) (f >= 1, k <= 16). The decoder takes a word in when its x falls below 2^16,
+// which is after just the symbols before which the encoder moved one out. A word of 16 bits in a state of 32 is the
+// coarsest split in which one step is enough on both sides and a state needs no more than a register of 32 bits, and
+// f (x / 2^k) no more than its product. x begins, and so ends for the decoder, at 2^16: a check on the whole stream.
 
 /// Probabilities are counted in 1/4096.
 inline constexpr unsigned kProbabilityBits = 12;
@@ -71,7 +89,8 @@ using SymbolTable = std::array<std::uint8_t, kProbabilityOne>;
 /// Bits, times 256, that a symbol of this frequency takes. The same everywhere.
 [[nodiscard]] std::uint32_t cost_256(std::uint32_t frequency);
 
-/// Symbols go in from the last to the first; `finish` gives the stream that a decoder reads from the first on.
+/// Symbols go in from the last to the first; `finish` gives the stream that a decoder reads from the first on: the
+/// state, then the words in the reverse of the order in which they were moved out.
 class RansEncoder {
  public:
   void put(std::uint32_t start, std::uint32_t frequency);
@@ -80,15 +99,16 @@ class RansEncoder {
   [[nodiscard]] std::vector<std::byte> finish();
 
  private:
-  std::uint32_t state_ = 1U << 16U;
+  std::uint32_t state_ = 1U << 16U;  ///< x
   std::vector<std::uint16_t> words_;
 };
 
+/// Takes symbols out, from the first on. Reading past the end gives zeros and is remembered.
 class RansDecoder {
  public:
   explicit RansDecoder(std::span<const std::byte> stream);
 
-  /// The place in [0, kProbabilityOne) that tells the symbol; `take` goes on to the next.
+  /// x mod 2^k, which tells the symbol; `take` goes on to the next.
   [[nodiscard]] std::uint32_t peek() const { return state_ & (kProbabilityOne - 1); }
   void take(std::uint32_t start, std::uint32_t frequency) {
     state_ = frequency * (state_ >> kProbabilityBits) + (state_ & (kProbabilityOne - 1)) - start;
