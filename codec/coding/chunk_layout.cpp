@@ -61,7 +61,7 @@ ChunkLayout whole_layout() {
 
 ChunkLayout split_layout(const Lattice& lattice, std::size_t sample_count) {
   // Found by trying some hundred choices on 10/36 files, for the least that one pair of directions and theta below 40
-  // degrees read (tests/loading_benchmark): single nodes along the elevations, a few along the azimuths.
+  // degrees read (tests/benchmarks/loading_benchmark): single nodes along the elevations, a few along the azimuths.
   ChunkLayout layout;
   layout.block_nodes[kAxial] = {0, 1, 1, 1};
   layout.block_nodes[kDiagonal] = {1, 0, 1, 1};

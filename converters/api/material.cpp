@@ -24,12 +24,20 @@ Error error_of(const internal::Error& error) {
   return {static_cast<ErrorCode>(error.code), error.message, error.offset};
 }
 
-internal::DirectionPair pair_of(const DirectionPair& pair) {
-  return {{pair.i.theta, pair.i.phi}, {pair.v.theta, pair.v.phi}};
+// Angles that are no numbers are no direction of the upper hemisphere: below the horizon, where values are 0.
+internal::DirectionPair finite(const internal::DirectionPair& pair) {
+  const double sum = pair.i.theta + pair.i.phi + pair.v.theta + pair.v.phi;
+  constexpr internal::Direction kBelow = {internal::kPi, 0};
+  return std::isfinite(sum) ? pair : internal::DirectionPair{kBelow, kBelow};
 }
 
-internal::Direction direction_of(const std::array<float, 3>& w) {
-  return internal::direction_from_vector({w[0], w[1], w[2]});
+internal::DirectionPair pair_of(const DirectionPair& pair) {
+  return finite({{pair.i.theta, pair.i.phi}, {pair.v.theta, pair.v.phi}});
+}
+
+internal::DirectionPair pair_of(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) {
+  return finite({internal::direction_from_vector({w_i[0], w_i[1], w_i[2]}),
+                 internal::direction_from_vector({w_v[0], w_v[1], w_v[2]})});
 }
 
 Traits traits_of(const internal::SourceTraits& traits) {
@@ -46,6 +54,12 @@ internal::Options options_of(const Options& options, const std::optional<std::ui
   return given;
 }
 
+internal::Result<Bytes> map(const std::string& path) {
+  internal::Result<std::unique_ptr<internal::ByteSource>> file = internal::map_file(path);
+  if (!file) return file.error();
+  return Bytes(*std::move(file));
+}
+
 internal::Progress progress_of(const Progress& progress) { return {progress}; }
 
 }  // namespace
@@ -57,7 +71,7 @@ struct [[gnu::visibility("hidden")]] Material::State {
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
 
   static Result<Material> open(Bytes bytes, const OpenOptions& options);
-  static Result<Material> open_built_in(const std::string& name, const OpenOptions& options);
+  static Result<Material> open_model(const std::string& name, const OpenOptions& options);
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
@@ -135,6 +149,10 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   if (!(*format)->capabilities.has(internal::Capability::kParts)) {
     return Error{ErrorCode::kUnsupported, std::string((*format)->extension) + " files cannot be loaded in part", {}};
   }
+  const internal::Options given = options_of(options.format);
+  const std::string whose = std::string((*format)->extension) + " files that are read";
+  const internal::Status known = internal::check_options(given, (*format)->options, internal::OptionUse::kRead, whose);
+  if (!known) return error_of(known.error());
   const internal::Result<internal::SlicedReader> reader = internal::SlicedReader::open(*bytes, {options.memory_limit});
   if (!reader) return error_of(reader.error());
   const internal::CellSet cells = cells_of(*options.part, reader->lattice());
@@ -149,14 +167,14 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   return Material(std::move(state));
 }
 
-Result<Material> Material::State::open_built_in(const std::string& name, const OpenOptions& options) {
-  if (options.part) return Error{ErrorCode::kUnsupported, "a built-in material cannot be loaded in part", {}};
+Result<Material> Material::State::open_model(const std::string& name, const OpenOptions& options) {
+  if (options.part) return Error{ErrorCode::kUnsupported, "a model cannot be loaded in part", {}};
   if (!options.format.empty()) {
-    return Error{ErrorCode::kUsage, "--" + options.format.begin()->first + ": a built-in material has no options", {}};
+    return Error{ErrorCode::kUsage, "--" + options.format.begin()->first + ": a model has no options", {}};
   }
-  internal::Result<std::unique_ptr<internal::BrdfSource>> source = internal::open_named(name);
-  if (!source) return error_of(source.error());
-  return make_whole(*std::move(source));
+  internal::Result<internal::OpenedSource> opened = internal::open_source(name);
+  if (!opened) return error_of(opened.error());
+  return make_whole(std::move(opened->source));
 }
 
 Result<Material> Material::State::open(Bytes bytes, const OpenOptions& options) {
@@ -164,10 +182,11 @@ Result<Material> Material::State::open(Bytes bytes, const OpenOptions& options) 
 }
 
 Result<Material> Material::open(const std::string& name, const OpenOptions& options) {
-  const std::optional<std::string_view> parameters = internal::file_in_name(name);
-  if (internal::is_named(name) && !parameters) return State::open_built_in(name, options);
-  internal::Result<Bytes> bytes = parameters ? internal::open_file(std::string(*parameters))
-                                             : internal::open_named_bytes(name, {options.memory_limit});
+  if (internal::is_named(name)) return State::open_model(name, options);
+  // A part is read where it lies; anything else is read once, where nobody can make it shorter.
+  internal::Result<Bytes> bytes = options.part && internal::is_ordinary_file(name)
+                                      ? map(name)
+                                      : internal::open_named_bytes(name, {options.memory_limit});
   if (!bytes) return error_of(bytes.error());
   return State::open(*std::move(bytes), options);
 }
@@ -205,9 +224,7 @@ void Material::evaluate(std::span<const DirectionPair> pairs, std::span<float> v
 void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                         std::span<float> values) const {
   assert(w_i.size() == w_v.size());
-  const auto pair_at = [&](std::size_t k) {
-    return internal::DirectionPair{direction_of(w_i[k]), direction_of(w_v[k])};
-  };
+  const auto pair_at = [&](std::size_t k) { return pair_of(w_i[k], w_v[k]); };
   state_->evaluate_blocks(w_i.size(), pair_at, values);
 }
 

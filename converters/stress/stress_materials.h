@@ -13,7 +13,7 @@
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
 
-// Materials, frames and places for the stress suite (converters/stress.h).
+// Materials, frames and places for the stress suite (converters/stress/stress.h).
 
 namespace sbrdf::internal::stress {
 

@@ -144,6 +144,8 @@ TEST_F(MaterialTest, IsZeroBelowTheHorizonWhateverTheFormat) {
     EXPECT_THAT(values_of(material, {{0.5, 0}, {below + 1e-9, 1}}), testing::Each(0.0F)) << name;
     EXPECT_THAT(values_of(material, {{2.5, 0}, {0.1, 1}}), testing::Each(0.0F)) << name;
     EXPECT_THAT(values_of(material, {{0.5, 0}, {1.3, 1}}), testing::Each(testing::Gt(0.0F))) << name;
+    EXPECT_THAT(values_of(material, {{0.5, std::nan("")}, {0.5, 0}}), testing::Each(0.0F)) << name;
+    EXPECT_THAT(values_of(material, {{0.5, 0}, {-HUGE_VAL, 0}}), testing::Each(0.0F)) << name;
     std::vector<float> values(3, -1);
     const std::array<std::array<float, 3>, 1> up = {{{0, 0, 1}}}, down = {{{0, 0.6F, -0.8F}}};
     material.evaluate(up, down, values);
@@ -179,6 +181,9 @@ TEST_F(MaterialTest, LoadsAPartThatKnowsWhatItCovers) {
   EXPECT_EQ(part.save(path("part.sbrdf")).error().code, ErrorCode::kUnsupported);
   EXPECT_FALSE(fs::exists(path("part.sbrdf")));
   EXPECT_EQ(code_of(Material::open("kurt:wood01", options)), ErrorCode::kUnsupported);
+  options.format["no-such-option"] = "1";
+  EXPECT_EQ(code_of(Material::open(file, options)), ErrorCode::kUsage);
+  options.format.clear();
   options.part->level = 17;
   EXPECT_EQ(code_of(Material::open(file, options)), ErrorCode::kUsage);
   options.part = sbrdf::Part{.theta_max_deg = std::nan("")};

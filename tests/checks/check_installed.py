@@ -84,6 +84,9 @@ def main():
     prefix = install(build, work)
     check_paths(prefix, [source, work])
     check_headers(prefix)
+    shared = "BUILD_SHARED_LIBS:BOOL=ON" in (build / "CMakeCache.txt").read_text()
+    if shared != bool(list(prefix.rglob("libsbrdf.so"))):
+        sys.exit("the library is not of the kind that was asked for")
     for library in prefix.rglob("libsbrdf.so"):
         check_symbols(library.resolve())
     consumers = [build_by_cmake(source, work, prefix, version, cxx, flags),

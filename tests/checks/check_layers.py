@@ -36,7 +36,7 @@ ROOMS = {
         "judge": ["source", "slicing"],
         "paper": ["source", "models", "slicing", "files", "judge"],
         "stress": ["source", "models", "slicing", "files", "judge"],
-        "api": ["source", "models", "slicing", "files", "judge"],
+        "api": ["files"],
     },
     "tools": {
         "console": [],

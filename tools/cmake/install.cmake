@@ -3,6 +3,10 @@
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
+set(sbrdf_is_static ON)
+if(BUILD_SHARED_LIBS)
+  set(sbrdf_is_static OFF)
+endif()
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sbrdf)
 install(
   TARGETS sbrdf_library
@@ -21,6 +25,9 @@ install(
   DESTINATION ${package_dir}
   COMPONENT development)
 
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
+  message(FATAL_ERROR "CMAKE_INSTALL_LIBDIR and CMAKE_INSTALL_INCLUDEDIR must be relative to the prefix")
+endif()
 # pkg-config: paths relative to the file itself, so that the installed tree can be moved.
 file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 set(pc_private "libzstd fmt zlib")
@@ -28,7 +35,7 @@ if(SBRDF_WITH_TBB)
   string(APPEND pc_private " tbb")
 endif()
 set(pc_requires "Requires.private: ${pc_private}")
-if(NOT BUILD_SHARED_LIBS)
+if(sbrdf_is_static)
   # There is nothing but the archive to link, so what it needs is needed always.
   set(pc_requires "Requires: ${pc_private}")
 endif()

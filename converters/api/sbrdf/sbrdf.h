@@ -8,8 +8,8 @@
 //   std::vector<float> f_r(material->channel_count());
 //   material->evaluate(sbrdf::pair_from_degrees(30, 0, 45, 180), f_r);
 //
-// Nothing here throws but for lack of memory, and nothing here prints. Link with sbrdf::sbrdf (CMake) or `pkg-config
-// --libs sbrdf`.
+// Nothing here prints, and nothing throws but for lack of memory, or what a callback throws. Link with sbrdf::sbrdf
+// (CMake) or `pkg-config --cflags --libs sbrdf`.
 
 #include <array>
 #include <cassert>
@@ -44,8 +44,7 @@ enum class ErrorCode : std::uint8_t {
 };
 
 /// A failure. `message` is one line of UTF-8 without the file's name; `offset` is the place in the file [bytes from its
-/// start], where there is one. Messages about .sbrdf files begin with the rule of specs/sbrdf.md that is broken, such
-/// as
+/// start], where there is one. Messages about .sbrdf files begin with the rule of specs/sbrdf.md that is broken, as in
 /// "[SB-1-6]".
 struct Error {
   ErrorCode code = ErrorCode::kInvalidFile;
@@ -120,15 +119,15 @@ struct Traits {
 using Options = std::map<std::string, std::string>;
 
 /// Bytes at an offset into `target`, which is filled to its end, or an error. May be called from several threads at
-/// once.
+/// once, but only during the call that it is given to. Must not be empty.
 using ReadRange = std::function<std::optional<Error>(std::uint64_t offset, std::span<std::byte> target)>;
 
-/// Told the fraction done, in (0, 1] and rising, never from two threads at once. Returning false stops the work, which
-/// then fails with kIo and leaves nothing behind.
+/// Told the fraction done, in (0, 1] and rising, from any thread but never from two at once. Returning false stops the
+/// work, which then fails with kIo and leaves nothing behind. Must not call this library.
 using Progress = std::function<bool(double fraction)>;
 
-/// What of a material to load. Formats that cannot be read in part (all but .sbrdf) refuse anything but the default
-/// with kUnsupported.
+/// What of a material to load; whole cells around it are. Formats that cannot be read in part (all but .sbrdf) refuse
+/// one with kUnsupported.
 struct Part {
   /// Both directions no further from the normal than this [degrees].
   double theta_max_deg = 90;
@@ -142,8 +141,8 @@ struct Part {
 struct OpenOptions {
   std::optional<Part> part = {};  ///< not given: the whole material
   Options format = {};            ///< options of the format that is found
-  /// What a file may make the library allocate, at most [bytes]; kUnsupported beyond. Not given: 64 MiB and 1024 bytes
-  /// for each byte of the file, which no honest .sbrdf needs. Tables are read in place and not counted.
+  /// What an .sbrdf or a bundle may make the library allocate, at most [bytes]; kUnsupported beyond. Not given: 64 MiB
+  /// and 1024 bytes for each byte of the file, which no honest one needs.
   std::optional<std::uint64_t> memory_limit = {};
 };
 
@@ -176,13 +175,14 @@ struct SaveOptions {
 class SBRDF_API Material {
  public:
   /// `name` is a file of any readable format, recognised by its content; BUNDLE.sbrdfz:NAME; kurt:NAME, one of the
-  /// built-in analytic materials; or kurt:FILE.json. Of a file only what is needed is read, and a file that is read in
-  /// place (MERL, parts of .sbrdf) must not become shorter meanwhile.
+  /// built-in analytic materials; or kurt:FILE.json. A file whose own name begins so is
+  /// "./kurt:...". Files above 64 MiB, bundles and those of which a part is loaded are read in place, as far as they
+  /// are needed: they must not become shorter while the material lives. Others are read at once.
   ///
   /// Errors: kIo where it cannot be read, kInvalidFile, kUnsupported, kUsage for options.
   static Result<Material> open(const std::string& name, const OpenOptions& options = {});
 
-  /// The same from bytes in memory, which the material keeps.
+  /// The same from bytes in memory.
   static Result<Material> open(std::vector<std::byte> bytes, const OpenOptions& options = {});
 
   /// The same from anything that can be read a range at a time, such as a file behind a network. `size` is that of the
@@ -196,7 +196,8 @@ class SBRDF_API Material {
   [[nodiscard]] const std::string& metadata() const;
 
   /// f_r [1/sr], without any cosine, of one pair; `values` has one entry per channel. Below the horizon (theta beyond
-  /// pi/2) 0, always. Finite everywhere else, but for a Part: NaN for pairs that it does not cover.
+  /// pi/2, or angles that are not finite) 0, always. Finite everywhere else, but for a Part: NaN for pairs that it does
+  /// not cover.
   void evaluate(const DirectionPair& pair, std::span<float> values) const;
 
   /// The same for many; `values` has pairs.size() x channel_count() entries, channel fastest. Spread over all cores
@@ -208,7 +209,7 @@ class SBRDF_API Material {
   void evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                 std::span<float> values) const;
 
-  /// False only for a Part and a pair outside of it.
+  /// Of pairs above the horizon: false only for a Part and a pair outside of it.
   [[nodiscard]] bool covers(const DirectionPair& pair) const;
 
   /// Writes the material in the format of the extension of `path`. The file is complete or untouched: bytes go to a
