@@ -92,7 +92,7 @@ class DepthCoder {
         depth_context_((static_cast<unsigned>(std::min(depth, kDepths)) - 1) * kPerDepth) {}
 
   /// The gap behind `left`: a flag, and where it is halved the sample in its middle.
-  void code_gap(std::uint32_t left) {
+  [[gnu::always_inline]] void code_gap(std::uint32_t left) {
     const std::uint32_t right = slice_.samples[left].after;
     if (right == SliceSteps::kNone) return;
     const SamplePosition middle = {slice_.samples[left].place.interval, slice_.samples[left].place.fraction + half_};
@@ -117,7 +117,7 @@ class DepthCoder {
     return depth_context_ + std::min(activity, kActivities - 1) * 2 + (halved_ ? 1 : 0);
   }
 
-  void code_middle(std::uint32_t left, const SamplePosition& middle) {
+  [[gnu::always_inline]] void code_middle(std::uint32_t left, const SamplePosition& middle) {
     const double at = coding_.place_deg(middle);
     const Stencil stencil = slice_.stencil_around(left, at);
     const std::uint32_t own = slice_.add({at, middle, left, SliceSteps::kNone});

@@ -24,9 +24,8 @@ void choose_parameters(SampleRecorder& recorder, SlicedIndex& index) {
   const auto try_out = [&](std::uint32_t base, std::uint32_t shift) {
     index.base_channel = base;
     index.activity_shift = shift;
-    const std::vector<ChunkEvents> events = on_slices
-                                                ? std::vector<ChunkEvents>{recorder.record_some_slices(index.coding())}
-                                                : recorder.record_crossings(index.coding());
+    const std::vector<ChunkEvents> events =
+        on_slices ? recorder.record_some_slices(index.coding()) : recorder.record_crossings(index.coding());
     const std::uint64_t cost = choose_distributions(events).cost_256;
     if (cost >= least) return;
     least = cost;

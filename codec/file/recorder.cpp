@@ -48,13 +48,14 @@ std::vector<ChunkEvents> SampleRecorder::record_all(const CodingParameters& codi
 std::vector<ChunkEvents> SampleRecorder::record_crossings(const CodingParameters& coding) {
   std::vector<ChunkEvents> events(blocks_.crossings.size());
   for (std::uint32_t block = 0; block < events.size(); ++block) {
+    events[block].reserve(blocks_.crossings[block].size() * channels_);
     EventRecorder recorder(events[block]);
     code_crossings(recorder, coding, plan_, block, crossings_);
   }
   return events;
 }
 
-ChunkEvents SampleRecorder::record_some_slices(const CodingParameters& coding) {
+std::vector<ChunkEvents> SampleRecorder::record_some_slices(const CodingParameters& coding) {
   constexpr std::size_t kEnough = 1000;
   std::vector<std::uint32_t> some;
   std::size_t samples = 0;
@@ -63,9 +64,7 @@ ChunkEvents SampleRecorder::record_some_slices(const CodingParameters& coding) {
     samples += sliced_.sample_counts[k];
     some.push_back(static_cast<std::uint32_t>(k));
   }
-  ChunkEvents events;
-  for (const ChunkEvents& piece : record_slices(some, coding)) events.insert(events.end(), piece.begin(), piece.end());
-  return events;
+  return record_slices(some, coding);
 }
 
 std::vector<bool> SampleRecorder::pieces_with_samples(std::span<const std::uint32_t> block) const {

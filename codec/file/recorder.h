@@ -31,7 +31,7 @@ class SampleRecorder {
   /// For trying parameters: the crossings, block by block, and a thousand or so samples of slices spread over the
   /// whole.
   [[nodiscard]] std::vector<ChunkEvents> record_crossings(const CodingParameters& coding);
-  [[nodiscard]] ChunkEvents record_some_slices(const CodingParameters& coding);
+  [[nodiscard]] std::vector<ChunkEvents> record_some_slices(const CodingParameters& coding);
 
  private:
   [[nodiscard]] ChunkEvents record_guide(const CodingParameters& coding) const;
