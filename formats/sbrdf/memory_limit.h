@@ -12,7 +12,7 @@ namespace sbrdf::internal {
 /// index; readers compare it with a limit before they allocate anything. specs/sbrdf.md, section 12.
 ///
 /// By default the limit is 64 MiB and 1024 bytes for each byte stored. The most compressible materials that this
-/// program writes (constant ones, or such with a precision of 50 %) need less than half of that.
+/// program writes (constant ones, or such with a precision of 50 %) need at most 85 % of that.
 struct MemoryLimit {
   static constexpr std::uint64_t kAlways = std::uint64_t{64} << 20U;
   static constexpr std::uint64_t kPerByte = 1024;
