@@ -16,6 +16,9 @@ struct Named {
   std::string_view name;
   T value;
 };
+// What clang 14 does not deduce by itself.
+template <class T>
+Named(std::string_view, T) -> Named<T>;
 
 /// The names alone, in the order of the table.
 template <class T, std::size_t N>
