@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "codec/frame/frame.h"
+
 namespace sbrdf::internal {
 
 namespace {
@@ -70,8 +72,7 @@ class KurtSource final : public BrdfSource {
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
     assert(values.size() == pairs.size() * diffuse_.size());
     for (std::size_t n = 0; n < pairs.size(); ++n) {
-      const bool above = pairs[n].i.theta <= kPi / 2 && pairs[n].v.theta <= kPi / 2;
-      const Colour f_r = above ? value_at(pairs[n]) : Colour{};
+      const Colour f_r = above_horizon(pairs[n]) ? value_at(pairs[n]) : Colour{};
       for (std::size_t c = 0; c < f_r.size(); ++c) {
         values[n * f_r.size() + c] = static_cast<float>(std::min<double>(f_r[c], std::numeric_limits<float>::max()));
       }

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "codec/frame/frame.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
@@ -73,8 +74,6 @@ Census census_of(const Planes& planes, std::uint64_t cell_count, std::uint64_t f
   }
   return census;
 }
-
-bool is_above(const DirectionPair& pair) { return pair.i.theta <= kPi / 2 && pair.v.theta <= kPi / 2; }
 
 /// Two neighbouring cells along an axis and the weight of the second.
 struct Bracket {
@@ -200,12 +199,12 @@ void MerlSource::evaluate(std::span<const DirectionPair> pairs, std::span<float>
   for (std::size_t first = 0; first < pairs.size(); first += kAhead) {
     const std::size_t count = std::min(kAhead, pairs.size() - first);
     for (std::size_t k = 0; k < count; ++k) {
-      if (!is_above(pairs[first + k])) continue;
+      if (!above_horizon(pairs[first + k])) continue;
       places[k] = place_of(half_difference_from_pair(pairs[first + k]));
       fetch(places[k]);
     }
     for (std::size_t k = 0; k < count; ++k) {
-      const Cell sum = is_above(pairs[first + k]) ? interpolate(places[k]) : Cell{};
+      const Cell sum = above_horizon(pairs[first + k]) ? interpolate(places[k]) : Cell{};
       for (std::size_t c = 0; c < kMerlChannelCount; ++c) {
         values[(first + k) * kMerlChannelCount + c] = sum[3] > kFaintest ? sum[c] / sum[3] : 0.0f;
       }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "codec/frame/frame.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/source/reciprocity.h"
 #include "formats/core/numbers.h"
@@ -77,7 +78,7 @@ class Resampler {
     for (std::uint32_t p = 0; p < shape_[2]; ++p) {
       const DirectionPair pair = centre(row, p);
       const std::uint64_t cell = row * shape_[2] + p;
-      if (pair.i.theta > kPi / 2 || pair.v.theta > kPi / 2) {
+      if (!above_horizon(pair)) {
         store(cell, {kMark, kMark, kMark});
       } else {
         pairs.push_back(pair);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "codec/frame/frame.h"
 #include "converters/files/rgl/rgl_tables.h"
 #include "formats/core/directions.h"
 #include "formats/rgl/rgl_material.h"
@@ -129,7 +130,7 @@ class RglSource final : public BrdfSource {
   }
 
   void evaluate_pair(const DirectionPair& pair, std::span<float, kRglChannelCount> values) const {
-    if (!(pair.i.theta <= kPi / 2 && pair.v.theta <= kPi / 2)) {
+    if (!above_horizon(pair)) {
       std::ranges::fill(values, 0.0f);
       return;
     }
