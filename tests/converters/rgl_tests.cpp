@@ -217,6 +217,29 @@ TEST(RglEvaluate, DependsOnTheDifferenceOfAzimuthsOnlyWhereIsotropic) {
   }
 }
 
+// As by a reader that works on unit vectors, whatever the tables say of an azimuth there.
+TEST(RglEvaluate, GivesOneValueForOnePairAtTheNormal) {
+  SmallMaterial material = linear_in_half_direction();
+  material.jacobian = 1;
+  material.sigma = {0.5f, 0.25f, 0.75f, 0.5f};
+  material.vndf = [](std::size_t slice, std::size_t x, std::size_t y) { return float(1 + slice + x + 3 * y); };
+  material.rgb = [](std::size_t slice, std::size_t, std::size_t x, std::size_t y) { return float(1 + slice + x + y); };
+  const float pi = 3.1415927f;
+  const std::vector<std::vector<float>> azimuths = {{0}, {-1, 1}, {-pi, -1, 2, pi}, {-pi, -1, 0}, {-pi, -2, -pi / 2}};
+  for (const std::vector<float>& phi_i : azimuths) {
+    material.phi_i = phi_i;
+    const auto source = load(material.fields());
+    const auto at = [&](double theta_i, double written_i, double theta_v, double written_v) {
+      return evaluate(*source, pair_from_degrees(theta_i, written_i, theta_v, written_v));
+    };
+    for (const double written : {45.0, 77.0, 180.0, 300.0}) {
+      EXPECT_EQ(at(0, written, 20, 30), at(0, 0, 20, 30)) << phi_i.size() << " azimuths";
+      EXPECT_EQ(at(20, 30, 0, written), at(20, 30, 0, 0)) << phi_i.size() << " azimuths";
+      EXPECT_EQ(at(0, written, 0, 0), at(0, 0, 0, written)) << phi_i.size() << " azimuths";
+    }
+  }
+}
+
 TEST(RglEvaluate, InterpolatesBetweenElevationsOfIncidence) {
   SmallMaterial material;
   material.rgb = [](std::size_t slice, auto...) { return static_cast<float>(1 + slice * slice); };

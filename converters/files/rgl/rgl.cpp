@@ -129,11 +129,13 @@ class RglSource final : public BrdfSource {
     if (count > 0) traits_.findings.push_back({std::move(what), count, total});
   }
 
-  void evaluate_pair(const DirectionPair& pair, std::span<float, kRglChannelCount> values) const {
+  void evaluate_pair(DirectionPair pair, std::span<float, kRglChannelCount> values) const {
     if (!above_horizon(pair)) {
       std::ranges::fill(values, 0.0f);
       return;
     }
+    // A light along the normal has no azimuth. The tables do depend on one there; atan2(0, 0) is the database's.
+    if (pair.i.theta == 0) pair.i.phi = 0;
     const FoldedAzimuth light = fold(coverage_, phi_i_.front(), pair.i.phi);
     const HalfVector half = half_vector(pair);
     const RglPoint u_m = {unit_from_theta(half.theta), unit_from_phi(light.phi_i + light.sign * half.phi)};

@@ -26,7 +26,8 @@ inline constexpr double kRglMinCosine = 1e-6;
 /// a Fourier BSDF, and for azimuths of incidence that span neither a full, a half nor a quarter turn.
 ///
 /// Values near grazing: the file holds f_r cos(theta_v), which does not vanish at theta_v = pi/2, so f_r has a pole
-/// there. cos(theta_v) is held at kRglMinCosine from below, which keeps f_r finite.
+/// there. cos(theta_v) is held at kRglMinCosine from below, which keeps f_r finite. At theta_i = 0 the azimuth is 0,
+/// whatever is written.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes);
 
 /// The same for a file: the row of the format table.
