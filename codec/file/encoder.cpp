@@ -10,8 +10,10 @@
 #include "codec/file/parameter_choice.h"
 #include "codec/file/reader.h"
 #include "codec/file/recorder.h"
+#include "codec/mask/mask_runs.h"
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/metadata.h"
+#include "formats/sbrdf/zstd_frame.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -50,6 +52,7 @@ SlicedIndex index_of(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize
   index.adaptive_count = static_cast<std::uint32_t>(sliced.adaptive_count());
   index.scale = scaled.scale;
   index.layout = layout_for(sliced, lattice, chunks);
+  if (sliced.mask) index.mask = sliced.mask->grid;
   index.metadata_size = static_cast<std::uint32_t>(sliced.metadata.size());
   return index;
 }
@@ -89,6 +92,11 @@ std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced, const Lattice& la
   append(sliced.metadata.empty() ? std::vector<std::byte>() : pack_metadata(sliced.metadata));
   const StreamWriter writer(index.distributions);
   for (const ChunkEvents& events : recorded.events) append(writer.write(events));
+  if (sliced.mask) {
+    const std::vector<std::byte> runs = emit_runs(*sliced.mask);
+    index.mask_size = static_cast<std::uint32_t>(runs.size());
+    append(pack_bytes(runs));
+  }
   return emit_container(emit_index(index), chunks);
 }
 

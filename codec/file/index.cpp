@@ -4,36 +4,22 @@
 #include <cmath>
 
 #include "formats/core/byte_reader.h"
+#include "formats/core/counts.h"
 
 namespace sbrdf::internal {
 namespace {
 
 constexpr std::uint32_t kMaxPerOctave = 1U << 20U;
 
-enum SymmetryBits : std::uint8_t { kIsotropicBit = 1, kMirrorXBit = 2, kMirrorYBit = 4 };
+enum SymmetryBits : std::uint8_t {
+  kIsotropicBit = 1,
+  kMirrorXBit = 2,
+  kMirrorYBit = 4,
+  kThetaMaxBit = 16,
+  kMaskBit = 32
+};
+constexpr unsigned kKnownBits = kIsotropicBit | kMirrorXBit | kMirrorYBit | kThetaMaxBit | kMaskBit;
 enum class NodeForm : std::uint8_t { kRegular = 0, kHundredths = 1, kDoubles = 2 };
-
-// Seven bits a byte, the lowest first; the top bit says that more follow.
-void put_count(ByteWriter& out, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U) out.number(static_cast<std::uint8_t>(value | 0x80U));
-  out.number(static_cast<std::uint8_t>(value));
-}
-
-// At most five bytes, 2^32 - 1; larger ones fail the reader as a read past the end does.
-std::uint32_t take_count(ByteReader& in) {
-  std::uint64_t value = 0;
-  for (unsigned shift = 0; shift < 35; shift += 7) {
-    const std::uint8_t byte = in.u8();
-    value |= std::uint64_t{byte & 0x7FU} << shift;
-    if ((byte & 0x80U) == 0) {
-      // One way to write each number.
-      if ((shift > 0 && byte == 0) || value > 0xFFFFFFFFU) break;
-      return static_cast<std::uint32_t>(value);
-    }
-  }
-  in.bytes(in.remaining() + 1);
-  return 0;
-}
 
 double regular_node(double step, std::size_t k) { return static_cast<double>(k) * step; }
 double hundredths_node(std::uint16_t hundredths) { return static_cast<double>(hundredths) / 100.0; }
@@ -86,23 +72,50 @@ Result<std::vector<double>> take_nodes(ByteReader& in) {
   return nodes;
 }
 
-void put_frame(ByteWriter& out, const FrameSpec& frame) {
+// The elevation frame's follows from its nodes.
+bool states_theta_max(const FrameSpec& frame) {
+  return frame.id == FrameId::kHalfDifference && frame.theta_max_deg != kPaperThetaMaxDeg;
+}
+
+void put_frame(ByteWriter& out, const SlicedIndex& index) {
+  const FrameSpec& frame = index.frame;
   const Symmetries& symmetries = frame.symmetries;
   out.number(static_cast<std::uint8_t>(frame.id));
   out.number(static_cast<std::uint8_t>((symmetries.isotropic ? kIsotropicBit : 0) |
                                        (symmetries.mirror_x ? kMirrorXBit : 0) |
-                                       (symmetries.mirror_y ? kMirrorYBit : 0)));
+                                       (symmetries.mirror_y ? kMirrorYBit : 0) |
+                                       (states_theta_max(frame) ? kThetaMaxBit : 0) | (index.mask ? kMaskBit : 0)));
   for (const Axis& axis : frame.axes) put_nodes(out, axis.nodes_deg);
+  if (states_theta_max(frame)) put_count(out, static_cast<std::uint64_t>(std::lround(frame.theta_max_deg * 100)));
+  if (!index.mask) return;
+  out.number(static_cast<std::uint8_t>(index.mask->frame));
+  for (const std::uint32_t count : index.mask->counts) put_count(out, count);
+  put_count(out, index.mask_size);
 }
 
-Status take_frame(ByteReader& in, FrameSpec& frame) {
+Status take_mask(ByteReader& in, SlicedIndex& index) {
+  MaskGrid& grid = index.mask.emplace();
+  grid.frame = static_cast<MaskFrame>(in.u8());
+  for (std::uint32_t& count : grid.counts) count = take_count(in);
+  index.mask_size = take_count(in);
+  if (in.ok() && grid.frame != MaskFrame::kAngles && grid.frame != MaskFrame::kHalfDifference) {
+    return unsupported("[SB-2-16] unknown frame of a mask");
+  }
+  if (in.ok() && (!grid.is_valid() || index.mask_size == 0 || index.mask_size > kMaxMaskSize)) {
+    return refuse_sliced("SB-2-16", "the mask of unmeasured directions has no cells, or more than can be");
+  }
+  return ok_status();
+}
+
+Status take_frame(ByteReader& in, SlicedIndex& index) {
+  FrameSpec& frame = index.frame;
   frame.id = static_cast<FrameId>(in.u8());
   const std::uint8_t bits = in.u8();
   const FrameGeometry* known = find_geometry(frame.id);
   if (in.ok() && known == nullptr) {
     return unsupported("[SB-2-2] unknown frame " + std::to_string(static_cast<int>(frame.id)));
   }
-  if (bits > (kIsotropicBit | kMirrorXBit | kMirrorYBit)) {
+  if ((bits & ~kKnownBits) != 0 || ((bits & kThetaMaxBit) != 0 && frame.id != FrameId::kHalfDifference)) {
     return unsupported("[SB-2-3] unknown symmetry");
   }
   frame.symmetries = {(bits & kIsotropicBit) != 0, (bits & kMirrorXBit) != 0, (bits & kMirrorYBit) != 0};
@@ -111,7 +124,9 @@ Status take_frame(ByteReader& in, FrameSpec& frame) {
     if (!nodes) return in.ok() ? Status(nodes.error()) : ok_status();
     frame.axes[axis] = {std::string(known->axis_names()[axis]), *std::move(nodes)};
   }
-  return ok_status();
+  if (frame.id == FrameId::kElevation && in.ok()) frame.theta_max_deg = frame.axes[kVertical].nodes_deg.back();
+  if ((bits & kThetaMaxBit) != 0) frame.theta_max_deg = take_count(in) / 100.0;
+  return (bits & kMaskBit) != 0 ? take_mask(in, index) : ok_status();
 }
 
 void put_values(ByteWriter& out, const SlicedIndex& index) {
@@ -293,17 +308,18 @@ CodingParameters SlicedIndex::coding() const {
   return coding;
 }
 
-ChunkOrder::ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces) : first_piece_(2 + blocks.crossings.size()) {
+ChunkOrder::ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces, bool masked)
+    : first_piece_(2 + blocks.crossings.size()) {
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
     kind_offset_[kind] = per_piece_;
     per_piece_ += blocks.slices[kind].size();
   }
-  count_ = first_piece_ + pieces * per_piece_;
+  count_ = first_piece_ + pieces * per_piece_ + (masked ? 1 : 0);
 }
 
 std::vector<std::byte> emit_index(const SlicedIndex& index) {
   ByteWriter out;
-  put_frame(out, index.frame);
+  put_frame(out, index);
   put_values(out, index);
   out.number(static_cast<std::uint8_t>(index.guided ? 1 : 0));
   if (index.guided) {
@@ -323,7 +339,7 @@ std::vector<std::byte> emit_index(const SlicedIndex& index) {
 Result<SlicedIndex> parse_index(std::span<const std::byte> bytes, bool newer_minor) {
   ByteReader in(bytes);
   SlicedIndex index;
-  if (Status status = take_frame(in, index.frame); !status) return status.error();
+  if (Status status = take_frame(in, index); !status) return status.error();
   if (Status status = take_values(in, index); !status) return status.error();
   const std::uint8_t guided = in.u8();
   if (guided > 1) return unsupported("[SB-2-9] unknown kind of guide");

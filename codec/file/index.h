@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "codec/coding/sample_coder.h"
 #include "codec/entropy/distribution_choice.h"
 #include "codec/frame/frame.h"
+#include "codec/mask/direction_mask.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/value_domain.h"
 
@@ -36,6 +38,9 @@ struct SlicedIndex {
   std::uint32_t activity_shift = 0;  ///< see CodingParameters
   Distributions distributions;       ///< of residuals and flags, by context
 
+  std::optional<MaskGrid> mask;  ///< of unmeasured directions; nothing where all are measured
+  std::uint32_t mask_size = 0;   ///< bytes of its runs once decompressed
+
   ChunkLayout layout;                      ///< how samples are spread over chunks
   std::uint32_t metadata_size = 0;         ///< bytes once decompressed
   std::vector<std::uint32_t> chunk_sizes;  ///< stored bytes, 0 for a chunk without content; order in ChunkOrder
@@ -47,11 +52,11 @@ struct SlicedIndex {
 /// Metadata and guide first, then crossings by block, then per piece the slices of each kind by block:
 ///
 ///     metadata  guide  crossings 0, 1 ...  | piece 0: axial 0, 1 ..., diagonal ..., horizontal ..., vertical ... |
-///     piece 1
+///     piece 1 ... | mask, if there is one
 ///
 /// so that what a lesser depth needs lies in front of what a greater one adds.
 struct ChunkOrder {
-  explicit ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces);
+  ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces, bool masked);
 
   static constexpr std::size_t kMetadata = 0;
   static constexpr std::size_t kGuide = 1;
@@ -61,6 +66,7 @@ struct ChunkOrder {
   }
   [[nodiscard]] std::size_t per_piece() const { return per_piece_; }  ///< chunks of each piece
   [[nodiscard]] std::size_t count() const { return count_; }          ///< of all chunks, left out ones included
+  [[nodiscard]] std::size_t mask() const { return count_ - 1; }       ///< where there is one
 
  private:
   std::size_t first_piece_ = 0;

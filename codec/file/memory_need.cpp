@@ -40,6 +40,12 @@ double memory_of_metadata(const SlicedIndex& index) {
   return kGrowth * (kCopies + kEscape) * index.metadata_size;
 }
 
+double memory_of_mask(const SlicedIndex& index) {
+  constexpr double kCopies = 2;
+  if (!index.mask) return 0;
+  return kCopies * index.mask_size + static_cast<double>(index.mask->cell_count()) / 8;
+}
+
 double memory_of_lattice(const FrameSpec& frame) {
   // Most of a point's share are the slices that pass it: with each their crossing and its position.
   constexpr double kPoint = 128;

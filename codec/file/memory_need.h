@@ -15,6 +15,9 @@ namespace sbrdf::internal {
 /// Of the metadata: packed, as text, as text again in which every byte takes an escape.
 [[nodiscard]] double memory_of_metadata(const SlicedIndex& index);
 
+/// Of the mask of unmeasured directions: packed, as runs, and a bit for each cell. 0 where there is none.
+[[nodiscard]] double memory_of_mask(const SlicedIndex& index);
+
 /// Of the lattice, before there is one: from the number of its points, those of its azimuths, and nothing else.
 [[nodiscard]] double memory_of_lattice(const FrameSpec& frame);
 

@@ -1,8 +1,12 @@
 #include "codec/file/reader.h"
 
+#include <algorithm>
+
 #include "codec/file/memory_need.h"
+#include "codec/mask/mask_runs.h"
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/metadata.h"
+#include "formats/sbrdf/zstd_frame.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -52,7 +56,7 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLi
   if (values > kValuesAlwaysAllowed + kMostValuesPerByte * static_cast<double>(source.size())) {
     return refuse_sliced("SB-2-14", "more values than a file of this size can hold");
   }
-  needed += memory_of_metadata(*index) + memory_of_lattice(index->frame);
+  needed += memory_of_metadata(*index) + memory_of_mask(*index) + memory_of_lattice(index->frame);
   if (Status enough = check_memory(needed, allowed); !enough) return enough.error();
   Result<Lattice> lattice = build_lattice(index->frame);
   if (!lattice) {
@@ -61,7 +65,7 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLi
     return error;
   }
   LatticeBlocks blocks = make_blocks(*lattice, index->layout);
-  const ChunkOrder order(blocks, index->layout.piece_depths.size());
+  const ChunkOrder order(blocks, index->layout.piece_depths.size(), index->mask.has_value());
   if (index->chunk_sizes.size() != order.count()) {
     return refuse_sliced("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
                                        " chunks, its frame and layout have " + std::to_string(order.count()));
@@ -92,6 +96,16 @@ Result<std::string> SlicedReader::metadata() const {
   return *std::move(text);
 }
 
+Result<std::shared_ptr<const DirectionMask>> SlicedReader::mask() const {
+  if (!file_.index.mask) return std::shared_ptr<const DirectionMask>();
+  const Result<std::vector<std::byte>> packed = file_.chunk(file_.order.mask());
+  if (!packed) return packed.error();
+  const std::optional<std::vector<std::byte>> runs = unpack_bytes(*packed, file_.index.mask_size);
+  std::optional<DirectionMask> mask = runs ? parse_runs(*runs, *file_.index.mask) : std::nullopt;
+  if (!mask) return refuse_sliced("SB-8-7", "the mask does not decompress to runs that fill its cells");
+  return std::shared_ptr<const DirectionMask>(std::make_shared<const DirectionMask>(*std::move(mask)));
+}
+
 Result<SlicedBrdf> SlicedReader::load_all(int max_depth) const {
   Result<SlicedBrdf> sliced = load_samples(file_, max_depth);
   if (!sliced) return sliced;
@@ -108,6 +122,9 @@ Result<SlicedBrdf> SlicedReader::load_all(int max_depth) const {
   Result<std::string> text = metadata();
   if (!text) return text.error();
   sliced->metadata = *std::move(text);
+  Result<std::shared_ptr<const DirectionMask>> unmeasured = mask();
+  if (!unmeasured) return unmeasured.error();
+  sliced->mask = *std::move(unmeasured);
   return sliced;
 }
 
@@ -123,7 +140,8 @@ std::uint64_t SlicedReader::bytes_up_to(int max_depth) const {
     if (file_.index.layout.piece_depths[piece] > max_depth) break;
     end = file_.order.slices(piece, 0, 0) + file_.order.per_piece();
   }
-  return file_.offsets[end];
+  const std::uint64_t mask = file_.index.mask ? file_.index.chunk_sizes[file_.order.mask()] : 0;
+  return std::min(file_.offsets[end] + mask, file_.offsets.back());
 }
 
 }  // namespace sbrdf::internal

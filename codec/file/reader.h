@@ -51,12 +51,15 @@ class SlicedReader {
   /// The JSON object of how the file came to be; may be empty.
   [[nodiscard]] Result<std::string> metadata() const;
 
-  /// All samples down to a depth (crossings are depth 0), with guide and metadata.
+  /// Which directions were not measured; nullptr where all were.
+  [[nodiscard]] Result<std::shared_ptr<const DirectionMask>> mask() const;
+
+  /// All samples down to a depth (crossings are depth 0), with guide, mask and metadata.
   [[nodiscard]] Result<SlicedBrdf> load_all(int max_depth = kMaxDepth) const;
-  /// What the evaluation within some cells needs, without metadata.
+  /// What the evaluation within some cells needs, without mask and metadata.
   [[nodiscard]] Result<PartialSliced> load(const CellSet& cells, int max_depth = kMaxDepth) const;
 
-  /// Bytes of the file that load_all(max_depth) needs, header, index and metadata included.
+  /// Bytes of the file that load_all(max_depth) needs, header, index, metadata and mask included.
   [[nodiscard]] std::uint64_t bytes_up_to(int max_depth) const;
 
  private:

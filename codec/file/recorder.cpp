@@ -32,8 +32,8 @@ std::vector<ChunkEvents> SampleRecorder::record_all(const CodingParameters& codi
   std::vector<ChunkEvents> crossings = record_crossings(coding);
   std::move(crossings.begin(), crossings.end(), std::back_inserter(events));
   const std::size_t pieces = layout_.piece_depths.size();
-  const ChunkOrder order(blocks_, pieces);
-  events.resize(order.count() - 1);  // metadata are no events
+  const ChunkOrder order(blocks_, pieces, false);
+  events.resize(order.count() - 1);  // metadata and mask are no events
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
     for (std::size_t block = 0; block < blocks_.slices[kind].size(); ++block) {
       std::vector<ChunkEvents> recorded = record_slices(blocks_.slices[kind][block], coding);

@@ -1,6 +1,7 @@
 #include "codec/frame/frame.h"
 
 #include <cassert>
+#include <cmath>
 
 #include "codec/frame/frame_geometries.h"
 
@@ -30,6 +31,14 @@ Status check_axis(const Axis& axis, double node_period) {
     }
   }
   return ok_status();
+}
+
+// Files state it in hundredths.
+Status check_theta_max(double theta_max_deg) {
+  const bool hundredths = std::round(theta_max_deg * 100) / 100 == theta_max_deg;
+  if (hundredths && theta_max_deg > 0 && theta_max_deg <= 90) return ok_status();
+  return frame_error("theta_max is " + std::to_string(theta_max_deg) +
+                     " degrees; it must be in (0, 90], in whole hundredths");
 }
 
 // Exchanging the directions turns u into 360 - u. Where the two elevations change places the value would jump if the
@@ -81,10 +90,14 @@ Status check_frame(const FrameSpec& spec) {
   if (spec.symmetries.isotropic && spec.axes[kAxial].nodes_deg.size() != 1) {
     return frame_error("an isotropic material has one node on axis " + spec.axes[kAxial].name);
   }
-  if (spec.id == FrameId::kElevation && spec.axes[kHorizontal].nodes_deg != spec.axes[kVertical].nodes_deg) {
+  if (spec.id == FrameId::kHalfDifference) return check_theta_max(spec.theta_max_deg);
+  if (spec.axes[kHorizontal].nodes_deg != spec.axes[kVertical].nodes_deg) {
     return frame_error("theta_i and theta_v must have the same nodes");
   }
-  return spec.id == FrameId::kElevation ? check_exchange(spec.axes[kDiagonal]) : ok_status();
+  if (spec.axes[kVertical].nodes_deg.back() != spec.theta_max_deg) {
+    return frame_error("theta_max is not the last elevation");
+  }
+  return check_exchange(spec.axes[kDiagonal]);
 }
 
 }  // namespace sbrdf::internal

@@ -20,8 +20,8 @@ namespace sbrdf::internal {
 
 inline constexpr std::size_t kAxisCount = 4;
 
-/// The largest theta of either direction that frames cover (the paper's largest elevation).
-inline constexpr double kThetaMaxDeg = 80;
+/// The largest theta of either direction that the paper's frames cover.
+inline constexpr double kPaperThetaMaxDeg = 80;
 
 /// A slice is named after the axis along which it runs.
 /// kAxial and kDiagonal are azimuths, kHorizontal and kVertical polar angles, in every frame.
@@ -57,6 +57,9 @@ struct FrameSpec {
   FrameId id = FrameId::kElevation;
   std::array<Axis, kAxisCount> axes;  ///< in the order of SliceKind
   Symmetries symmetries;
+  /// The largest theta [degrees] of either direction that the frame covers, in (0, 90]; beyond, the value there is
+  /// held. In the elevation frame the last elevation, in the half/difference frame in whole hundredths.
+  double theta_max_deg = kPaperThetaMaxDeg;
 
   bool operator==(const FrameSpec&) const = default;
 };
@@ -110,9 +113,9 @@ class FrameGeometry {
   /// Azimuths within the padded lattice (s in [0, 720), u in [0, 360), phi_h in [0, 360), phi_d in [0, 180)), polar
   /// angles not clamped. Exchanging i and v gives the same bits, which is what makes evaluation reciprocal.
   [[nodiscard]] virtual Coordinates coordinates(const DirectionPair& pair) const = 0;
-  /// A pair of directions at these coordinates, both above the horizon: where the coordinates lead below it, a place
-  /// shortly above stands for them. So every crossing can be measured.
-  [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates) const = 0;
+  /// A pair of directions at these coordinates, both above the horizon: where the coordinates lead far beyond
+  /// theta_max, a place shortly beyond stands for them. So every crossing can be measured.
+  [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates, double theta_max_deg) const = 0;
 
   /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a
   /// pole or for an isotropic material are taken out, fixed azimuths lie within their node period, and the moving one's
@@ -127,14 +130,22 @@ class FrameGeometry {
 [[nodiscard]] const FrameGeometry* find_geometry(FrameId id);
 [[nodiscard]] const FrameGeometry& geometry(FrameId id);
 
+/// The pair of directions that is measured for a crossing or sample of a frame.
+[[nodiscard]] inline DirectionPair directions_at(const FrameSpec& spec, const Coordinates& coordinates) {
+  return geometry(spec.id).directions(coordinates, spec.theta_max_deg);
+}
+
+/// From here on [degrees] the half/difference frame lets directions slow down, to end a degree beyond.
+[[nodiscard]] inline double ease_from_deg(double theta_max_deg) { return theta_max_deg < 89 ? theta_max_deg : 89; }
+
 /// Elevations e_s, 2 e_s, ... below theta_max and theta_max itself, with 0 before them; axial and diagonal slices every
 /// a_s degrees. For an isotropic material s has one node. kUsage unless theta_max lies in (0, 90], the elevation step
 /// in [0.5, theta_max], and the azimuth step in [1, 360] divides 360.
 [[nodiscard]] Result<FrameSpec> elevation_frame(double elevation_step_deg, double azimuth_step_deg,
-                                                const Symmetries& symmetries, double theta_max_deg = kThetaMaxDeg);
+                                                const Symmetries& symmetries, double theta_max_deg = kPaperThetaMaxDeg);
 
 /// The elevation frame with its own lists: `elevations_deg` begins with 0; `s` and `u` begin with 0, within [0, 360),
-/// and `u` is symmetric about 180.
+/// and `u` is symmetric about 180. The last elevation is theta_max.
 [[nodiscard]] FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::vector<double> s_nodes_deg,
                                                    std::vector<double> u_nodes_deg, const Symmetries& symmetries);
 
@@ -142,10 +153,11 @@ class FrameGeometry {
 /// and is just {0} for an isotropic material; phi_d begins with 0, within [0, 180).
 [[nodiscard]] FrameSpec half_difference_frame(std::vector<double> theta_h_deg, std::vector<double> theta_d_deg,
                                               std::vector<double> phi_h_deg, std::vector<double> phi_d_deg,
-                                              const Symmetries& symmetries);
+                                              const Symmetries& symmetries, double theta_max_deg = kPaperThetaMaxDeg);
 
 /// Checks every list against the rules at Axis and against the symmetries. In the elevation frame theta_i and theta_v
-/// must have the same nodes, and u must have 360 - x wherever it has x > 0. kInvalidFile names the axis and the node;
+/// must have the same nodes, which end at theta_max, and u must have 360 - x wherever it has x > 0. kInvalidFile names
+/// the axis and the node;
 /// kUnsupported for an unknown id.
 [[nodiscard]] Status check_frame(const FrameSpec& spec);
 

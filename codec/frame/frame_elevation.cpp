@@ -94,7 +94,7 @@ class ElevationGeometry final : public FrameGeometry {
     return {s, u, theta_v, theta_i};
   }
 
-  DirectionPair directions(const Coordinates& x) const override {
+  DirectionPair directions(const Coordinates& x, double /*theta_max_deg*/) const override {
     return {direction_from_degrees(x[kThetaI], 0.5 * (x[kS] + x[kU])),
             direction_from_degrees(x[kThetaV], 0.5 * (x[kS] - x[kU]))};
   }
@@ -123,7 +123,14 @@ std::vector<double> azimuths(double step_deg) {
   return nodes;
 }
 
-Error placement_error(const char* what) { return usage_error(std::string("placement: ") + what); }
+std::string degrees_text(double degrees) {
+  std::string text = std::to_string(degrees);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text + " degrees";
+}
+
+Error placement_error(const std::string& what) { return usage_error("placement: " + what); }
 
 }  // namespace
 
@@ -136,7 +143,8 @@ Result<FrameSpec> elevation_frame(double elevation_step_deg, double azimuth_step
                                   double theta_max_deg) {
   if (!(theta_max_deg > 0 && theta_max_deg <= 90)) return placement_error("theta_max must be in (0, 90] degrees");
   if (!(elevation_step_deg >= 0.5 && elevation_step_deg <= theta_max_deg)) {
-    return placement_error("the elevation step must be between 0.5 degrees and the largest elevation, 80 degrees");
+    return placement_error("the elevation step must be between 0.5 degrees and theta_max, " +
+                           degrees_text(theta_max_deg));
   }
   const double slices = 360 / azimuth_step_deg;
   if (!(azimuth_step_deg >= 1 && azimuth_step_deg <= 360) || std::abs(slices - std::round(slices)) > 1e-9) {
@@ -154,6 +162,7 @@ FrameSpec elevation_frame_from_nodes(std::vector<double> elevations_deg, std::ve
                                      std::vector<double> u_nodes_deg, const Symmetries& symmetries) {
   FrameSpec spec;
   spec.id = FrameId::kElevation;
+  if (!elevations_deg.empty()) spec.theta_max_deg = elevations_deg.back();
   spec.axes[kS] = {"s", std::move(s_nodes_deg)};
   spec.axes[kU] = {"u", std::move(u_nodes_deg)};
   spec.axes[kThetaV] = {"theta_v", elevations_deg};

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -13,15 +14,15 @@ constexpr std::size_t kThetaD = kHorizontal;
 constexpr std::size_t kThetaH = kVertical;
 
 // Lattice points below the horizon need a value that lets slices pass smoothly into the directions that count. Each
-// direction's theta is kept below the largest that any frame covers; the last bit of the way is eased, because a hard
+// direction's theta is kept near the largest that the frame covers; the last bit of the way is eased, because a hard
 // stop would put a kink into every slice.
 constexpr double kEaseDeg = 1;
 
-double eased_theta(double theta) {
-  const double limit = radians_from_degrees(kThetaMaxDeg);
+double eased_theta(double theta, double theta_max_deg) {
+  const double limit = radians_from_degrees(ease_from_deg(theta_max_deg));
   if (theta <= limit) return theta;
   const double ease = radians_from_degrees(kEaseDeg);
-  return limit + ease * (1 - std::exp((limit - theta) / ease));
+  return std::min(limit + ease * (1 - std::exp((limit - theta) / ease)), kPi / 2);
 }
 
 // At theta_d = 0 both directions are the half vector; at theta_h = 0 only phi_h + phi_d matters.
@@ -69,11 +70,11 @@ class HalfDifferenceGeometry final : public FrameGeometry {
             degrees_from_radians(angles.theta_d), degrees_from_radians(angles.theta_h)};
   }
 
-  DirectionPair directions(const Coordinates& x) const override {
+  DirectionPair directions(const Coordinates& x, double theta_max_deg) const override {
     DirectionPair pair = pair_from_half_difference({radians_from_degrees(x[kThetaH]), radians_from_degrees(x[kPhiH]),
                                                     radians_from_degrees(x[kThetaD]), radians_from_degrees(x[kPhiD])});
-    pair.i.theta = eased_theta(pair.i.theta);
-    pair.v.theta = eased_theta(pair.v.theta);
+    pair.i.theta = eased_theta(pair.i.theta, theta_max_deg);
+    pair.v.theta = eased_theta(pair.v.theta, theta_max_deg);
     return pair;
   }
 
@@ -105,9 +106,10 @@ const FrameGeometry& half_difference_geometry() {
 
 FrameSpec half_difference_frame(std::vector<double> theta_h_deg, std::vector<double> theta_d_deg,
                                 std::vector<double> phi_h_deg, std::vector<double> phi_d_deg,
-                                const Symmetries& symmetries) {
+                                const Symmetries& symmetries, double theta_max_deg) {
   FrameSpec spec;
   spec.id = FrameId::kHalfDifference;
+  spec.theta_max_deg = theta_max_deg;
   spec.axes[kPhiH] = {"phi_h", std::move(phi_h_deg)};
   spec.axes[kPhiD] = {"phi_d", std::move(phi_d_deg)};
   spec.axes[kThetaD] = {"theta_d", std::move(theta_d_deg)};

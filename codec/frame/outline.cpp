@@ -37,7 +37,7 @@ FrameSpec expand_outline(const FrameOutline& outline) {
     phi_h = mirror_list(half, 180);
   }
   return half_difference_frame(lists[kVertical], lists[kHorizontal], phi_h, mirror_list(lists[kDiagonal], 90),
-                               outline.symmetries);
+                               outline.symmetries, outline.theta_max_deg);
 }
 
 }  // namespace sbrdf::internal

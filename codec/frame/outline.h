@@ -15,6 +15,7 @@ struct FrameOutline {
   /// In the order of SliceKind, each beginning with 0. Azimuthal lists end at the mirror plane, `outline_end`.
   /// Elevation frame: theta_i follows theta_v, its list stays empty. Isotropic: the axial list is {0}. Degrees, rising.
   std::array<std::vector<double>, kAxisCount> lists;
+  double theta_max_deg = kPaperThetaMaxDeg;  ///< see FrameSpec; in the elevation frame the last elevation
 };
 
 /// Where an azimuthal list of an outline ends: s, u: 180; phi_h: 90; phi_d: 90. 0 for polar axes, which end where they

@@ -1,6 +1,7 @@
 #include "codec/material/cut.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -75,6 +76,12 @@ FrameSpec cut_frame(const FrameSpec& frame, double theta_max_deg) {
     const auto last = std::lower_bound(nodes.begin(), nodes.end(), theta_max_deg);
     if (last != nodes.end()) nodes.erase(last + 1, nodes.end());
   }
+  if (frame.id == FrameId::kElevation) {
+    cut.theta_max_deg = cut.axes[kVertical].nodes_deg.back();
+  } else {
+    // Beyond what was asked for, cells may be missing.
+    cut.theta_max_deg = std::min(frame.theta_max_deg, std::max(1.0, std::floor(theta_max_deg * 100)) / 100);
+  }
   return cut;
 }
 
@@ -85,6 +92,7 @@ Result<SlicedBrdf> cut_sliced(const SlicedBrdf& sliced, const Lattice& lattice, 
   cut.domain = sliced.domain;
   cut.channels = sliced.channels;
   cut.metadata = sliced.metadata;
+  cut.mask = sliced.mask;
   const Result<Lattice> smaller = build_lattice(cut.frame);
   if (!smaller) return smaller.error();
   const Cutting cutting = {sliced, lattice, *smaller, options.max_depth};

@@ -2,12 +2,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "codec/frame/frame.h"
+#include "codec/mask/direction_mask.h"
 #include "codec/material/value_domain.h"
 
 namespace sbrdf::internal {
@@ -50,6 +52,7 @@ inline constexpr std::size_t kMaxChannels = 4096;
 inline constexpr std::size_t kMaxMetadataSize = std::size_t{1} << 24U;
 inline constexpr std::size_t kMaxAdaptiveCount = std::size_t{1} << 26U;
 inline constexpr std::size_t kMaxGuideCount = std::size_t{1} << 20U;
+inline constexpr std::size_t kMaxMaskSize = std::size_t{1} << 27U;      ///< bytes of the runs of a mask: any mask fits
 inline constexpr std::size_t kMaxChannelNames = std::size_t{1} << 20U;  ///< bytes of all names together
 
 /// Bounds of the values of one channel [1/sr].
@@ -72,6 +75,8 @@ struct SlicedBrdf {
   std::vector<SamplePosition> positions;     ///< slice by slice, rising on each
   std::vector<float> sample_values;          ///< f_r [1/sr] of the adaptive samples, channel fastest
   std::string metadata;                      ///< a JSON object; how the file came to be
+  /// Which directions were not measured, so that what is said of them was filled in; none: all were measured.
+  std::shared_ptr<const DirectionMask> mask;
   /// Of all samples of the material, per channel. Only where this holds a part of them; empty: what is here is all.
   std::vector<ValueRange> whole_ranges;
 

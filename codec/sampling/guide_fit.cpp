@@ -22,10 +22,7 @@ std::vector<double> pick(const std::vector<double>& nodes) {
 class GuideFit {
  public:
   GuideFit(const SlicedBrdf& sliced, const Lattice& lattice, double ratio, const Measure& measure)
-      : frame_(geometry(lattice.spec.id)),
-        nodes_(lattice.nodes[kVertical]),
-        channels_(sliced.channel_count()),
-        measure_(measure) {
+      : spec_(lattice.spec), nodes_(lattice.nodes[kVertical]), channels_(sliced.channel_count()), measure_(measure) {
     guide_.ratio = ratio;
     for (std::size_t c = 0; c < channels_; ++c) maps_.emplace_back(sliced.domain, c);
     for (const double phi_h : pick(lattice.spec.axes[kAxial].nodes_deg)) {
@@ -69,8 +66,8 @@ class GuideFit {
     std::vector<DirectionPair> pairs;
     for (Coordinates x : rays_) {
       x[kVertical] = theta_h_deg(x[kAxial], angle_deg);
-      const DirectionPair pair = frame_.directions(x);
-      const double limit = radians_from_degrees(kThetaMaxDeg + 0.5);
+      const DirectionPair pair = directions_at(spec_, x);
+      const double limit = radians_from_degrees(ease_from_deg(spec_.theta_max_deg) + 0.5);
       if (pair.i.theta <= limit && pair.v.theta <= limit) pairs.push_back(pair);
     }
     means.assign(channels_, 0);
@@ -138,7 +135,7 @@ class GuideFit {
     return worst;
   }
 
-  const FrameGeometry& frame_;
+  const FrameSpec& spec_;
   const std::vector<double>& nodes_;
   std::size_t channels_;
   const Measure& measure_;

@@ -30,7 +30,7 @@ class RefineByMeasured final : public Sampler {
     for (const Candidate& candidate : chosen) {
       const Slice& slice = lattice_.slices[candidate.slice];
       const Gap gap = gap_after(lattice_, slice, slices_[candidate.slice].samples, candidate.left);
-      pairs.push_back(frame_.directions(coordinates_on(slice, gap.middle_deg)));
+      pairs.push_back(directions_at(lattice_.spec, coordinates_on(slice, gap.middle_deg)));
     }
     values.resize(pairs.size() * channels_);
     return measure_(pairs, values);

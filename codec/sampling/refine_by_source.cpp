@@ -117,7 +117,7 @@ class RefineBySource final : public Sampler {
     const SliceSamples& samples = slices_[k].samples;
     const double width = gap_after(lattice_, slice, samples, left).width_deg;
     const double position = samples.positions_deg[left] + probe_fraction(probe) * width;
-    return frame_.directions(coordinates_on(slice, position));
+    return directions_at(lattice_.spec, coordinates_on(slice, position));
   }
 
   void weigh(std::uint32_t k) {

@@ -57,7 +57,7 @@ bool Sampler::may_split(const Slice& slice, const Gap& gap) const {
 
 Status Sampler::measure_crossings() {
   std::vector<DirectionPair> pairs;
-  for (const Coordinates& x : lattice_.crossings) pairs.push_back(frame_.directions(x));
+  for (const Coordinates& x : lattice_.crossings) pairs.push_back(directions_at(lattice_.spec, x));
   sliced_.crossing_values.resize(pairs.size() * channels_);
   return measure_(pairs, sliced_.crossing_values);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 namespace sbrdf::internal {
 namespace {
@@ -22,29 +23,45 @@ std::size_t stratum_of(const DirectionPair& pair) {
   return stratum;
 }
 
+// Those that stay weigh 1 together again.
+void keep_measured(const HeldBackDraw& draw, HeldBack& held_back) {
+  if (!draw.measured) return;
+  std::vector<std::uint8_t> flags(held_back.pairs.size());
+  draw.measured(held_back.pairs, flags);
+  HeldBack kept;
+  double total = 0;
+  for (std::size_t k = 0; k < flags.size(); ++k) {
+    if (flags[k] == 0) continue;
+    kept.pairs.push_back(held_back.pairs[k]);
+    kept.weights.push_back(held_back.weights[k]);
+    total += held_back.weights[k];
+  }
+  for (double& weight : kept.weights) weight /= total;
+  held_back = std::move(kept);
+}
+
 }  // namespace
 
-Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isotropic, std::size_t channel_count,
-                                const Measure& measure) {
-  std::mt19937_64 random(seed);
+Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure) {
+  std::mt19937_64 random(draw.seed);
   const auto uniform = [&](double end) { return end * static_cast<double>(random() >> 11U) * 0x1p-53; };
   std::array<std::size_t, kShares.size()> wanted{};
   std::array<std::size_t, kShares.size()> kept{};
   std::array<std::size_t, kShares.size()> seen{};
   std::size_t missing = 0;
   for (std::size_t k = 0; k < wanted.size(); ++k) {
-    wanted[k] = static_cast<std::size_t>(kShares[k] * static_cast<double>(count));
+    wanted[k] = static_cast<std::size_t>(kShares[k] * static_cast<double>(draw.count));
     missing += wanted[k];
   }
   HeldBack held_back;
   std::vector<std::size_t> strata;
   std::uint64_t draws = 0;
   for (; missing > 0 && draws < kMaxDraws; ++draws) {
-    const double theta_i = uniform(kThetaMaxDeg);
-    const double theta_v = uniform(kThetaMaxDeg);
+    const double theta_i = uniform(draw.theta_max_deg);
+    const double theta_v = uniform(draw.theta_max_deg);
     const double phi_i = uniform(360);
     const DirectionPair pair = {direction_from_degrees(theta_i, phi_i),
-                                direction_from_degrees(theta_v, isotropic ? 0 : uniform(360))};
+                                direction_from_degrees(theta_v, draw.isotropic ? 0 : uniform(360))};
     const std::size_t stratum = stratum_of(pair);
     ++seen[stratum];
     if (kept[stratum] == wanted[stratum]) continue;
@@ -57,6 +74,7 @@ Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isot
     held_back.weights.push_back(static_cast<double>(seen[stratum]) / static_cast<double>(draws) /
                                 static_cast<double>(kept[stratum]));
   }
+  keep_measured(draw, held_back);
   held_back.values.resize(held_back.pairs.size() * channel_count);
   if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
   return held_back;

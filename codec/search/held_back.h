@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "codec/material/evaluator.h"
@@ -9,7 +11,7 @@
 namespace sbrdf::internal {
 
 /// Directions that no sample is placed by, with the source's values: what a structure is judged on. theta of both is
-/// uniform in [0, 80] degrees and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
+/// uniform in [0, theta_max] and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
 /// half vector is close to the normal are drawn more often, and weigh less in return, so that a highlight a degree wide
 /// is looked at densely.
 struct HeldBack {
@@ -18,9 +20,19 @@ struct HeldBack {
   std::vector<float> values;    ///< f_r, channel fastest
 };
 
-/// Deterministic for a seed. Isotropic: phi_v = 0.
-[[nodiscard]] Result<HeldBack> draw_held_back(std::size_t count, std::uint64_t seed, bool isotropic,
-                                              std::size_t channel_count, const Measure& measure);
+/// Which directions are drawn.
+struct HeldBackDraw {
+  std::size_t count = 0;
+  std::uint64_t seed = 1;
+  bool isotropic = false;  ///< phi_v = 0
+  double theta_max_deg = kPaperThetaMaxDeg;
+  /// Of many pairs, which are measured (1) and which are not (0): only the former are kept, so that fewer than `count`
+  /// come. Empty: all are.
+  std::function<void(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags)> measured = {};
+};
+/// Deterministic for a seed. The errors of `measure`.
+[[nodiscard]] Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count,
+                                              const Measure& measure);
 
 /// Of such values no relative error can be stated.
 [[nodiscard]] bool all_zero(const HeldBack& held_back);

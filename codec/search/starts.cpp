@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "codec/frame/lattice.h"
@@ -25,33 +26,48 @@ std::vector<double> steps(double end, double step) {
   return list;
 }
 
-void add_elevation_starts(const Symmetries& symmetries, std::vector<Structure>& starts) {
+// Lists that were made for 80 degrees, spread up to another theta_max in quarters of a degree.
+std::vector<double> spread(std::vector<double> list, double theta_max_deg) {
+  for (double& node : list) node = std::round(4 * node * theta_max_deg / kPaperThetaMaxDeg) / 4;
+  list.back() = theta_max_deg;
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+  return list;
+}
+
+void add_elevation_starts(const SearchOptions& options, std::vector<Structure>& starts) {
+  const Symmetries& symmetries = options.symmetries;
   for (const double elevation : kElevationSteps) {
     for (const double azimuth : kAzimuthSteps) {
       FrameOutline& outline = starts.emplace_back().outline;
-      outline = {FrameId::kElevation, symmetries, {}};
+      outline = {FrameId::kElevation, symmetries, {}, options.theta_max_deg};
       outline.lists[kAxial] = symmetries.isotropic ? std::vector<double>{0} : steps(180, azimuth);
       outline.lists[kDiagonal] = steps(180, azimuth);
-      outline.lists[kHorizontal] = steps(kThetaMaxDeg, elevation);
+      outline.lists[kHorizontal] = steps(options.theta_max_deg, elevation);
     }
   }
 }
 
-void add_half_difference_starts(const Symmetries& symmetries, std::vector<Structure>& starts) {
-  const std::vector<std::vector<double>> theta_h = {
+void add_half_difference_starts(const SearchOptions& options, std::vector<Structure>& starts) {
+  const Symmetries& symmetries = options.symmetries;
+  const std::vector<std::vector<double>> theta_h_lists = {
       {0, 20, 50, 80}, {0, 6, 16, 32, 55, 80}, {0, 3, 8, 16, 32, 55, 80}, {0, 2, 5, 10, 20, 35, 55, 80}};
-  const std::vector<std::vector<double>> theta_d = {
+  const std::vector<std::vector<double>> theta_d_lists = {
       {0, 40, 80}, {0, 20, 40, 60, 72, 80}, {0, 12, 24, 36, 48, 60, 70, 80}};
   std::vector<std::vector<double>> phi_h = {{0}};
   if (!symmetries.isotropic) {
     phi_h.clear();
     for (const double step : kPhiHSteps) phi_h.push_back(steps(90, step));
   }
-  for (const auto& h : theta_h) {
-    for (const auto& d : theta_d) {
+  for (const auto& h : theta_h_lists) {
+    for (const auto& d : theta_d_lists) {
       for (const auto& axial : phi_h) {
         for (const double phi_d_step : kPhiDSteps) {
-          starts.emplace_back().outline = {FrameId::kHalfDifference, symmetries, {axial, steps(90, phi_d_step), d, h}};
+          const std::vector<double> theta_d = spread(d, options.theta_max_deg);
+          const std::vector<double> theta_h = spread(h, options.theta_max_deg);
+          starts.emplace_back().outline = {FrameId::kHalfDifference,
+                                           symmetries,
+                                           {axial, steps(90, phi_d_step), theta_d, theta_h},
+                                           options.theta_max_deg};
         }
       }
     }
@@ -92,8 +108,8 @@ std::vector<Structure> regular_starts(const SearchOptions& options, std::size_t 
   for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
     if (options.frame.value_or(id) != id) continue;
     std::vector<Structure> all;
-    if (id == FrameId::kElevation) add_elevation_starts(options.symmetries, all);
-    if (id == FrameId::kHalfDifference) add_half_difference_starts(options.symmetries, all);
+    if (id == FrameId::kElevation) add_elevation_starts(options, all);
+    if (id == FrameId::kHalfDifference) add_half_difference_starts(options, all);
     settle(options, all);
     kept[id == FrameId::kElevation ? 0 : 1] = densest_third(all, options.sampling.sample_count);
   }

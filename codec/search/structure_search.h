@@ -46,6 +46,7 @@ struct SearchOptions {
   std::optional<FrameId> frame;
   std::optional<DomainKind> domain;
   Symmetries symmetries;
+  double theta_max_deg = kPaperThetaMaxDeg;  ///< of the frames
   Objective objective = Objective::kBoth;
   SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
   /// How many structures are tried for each number of samples, 1 or more (with 1, the densest start for the fewest

@@ -65,6 +65,7 @@ class KurtSource final : public BrdfSource {
     traits_.channels = {"R", "G", "B"};
     traits_.isotropic = isotropic;
     traits_.reciprocal = true;
+    traits_.slice_theta_max_deg = kPaperThetaMaxDeg;  // a formula has no end; the paper's grids have
   }
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }

@@ -1,5 +1,7 @@
 #include "converters/slicing/metadata.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -28,6 +30,7 @@ constexpr const char* kReciprocityResidual = "reciprocity_residual_percent";
 constexpr const char* kRefinement = "refinement";
 constexpr const char* kZeroValues = "zero_values";
 constexpr const char* kNegativeValues = "negative_values";
+constexpr const char* kFilledSamples = "filled_samples";
 constexpr const char* kError = "error";
 constexpr const char* kMre = "mre_percent";
 constexpr const char* kRelL1 = "rel_l1_percent";
@@ -62,6 +65,7 @@ constexpr std::array kKeys = {
     MetadataKey{"", key::kRefinement, MetadataType::kText, ""},
     MetadataKey{"", key::kZeroValues, MetadataType::kCount, ""},
     MetadataKey{"", key::kNegativeValues, MetadataType::kCount, ""},
+    MetadataKey{"", key::kFilledSamples, MetadataType::kCount, ""},
     MetadataKey{"", key::kError, MetadataType::kObject, ""},
     MetadataKey{key::kError, key::kMre, MetadataType::kNumber, "%"},
     MetadataKey{key::kError, key::kRelL1, MetadataType::kNumber, "%"},
@@ -98,10 +102,12 @@ Json describe_source(const SourceTraits& traits, const std::string& sha256) {
 }
 
 Json describe_error(const SliceReport& report) {
-  Json error = {{key::kMre, rounded(report.error.mre_percent)},
-                {key::kRelL1, rounded(report.error.rel_l1_percent)},
-                {key::kDirections, report.error_directions},
-                {key::kMeasuredOn, "random directions that took no part in any choice, theta up to 80 degrees"}};
+  Json error = {
+      {key::kMre, rounded(report.error.mre_percent)},
+      {key::kRelL1, rounded(report.error.rel_l1_percent)},
+      {key::kDirections, report.error_directions},
+      {key::kMeasuredOn, fmt::format("random directions that took no part in any choice, theta up to {:g} degrees",
+                                     report.theta_max_deg)}};
   if (report.error_values_all_zero) error[key::kValuesAllZero] = true;
   return error;
 }
@@ -146,6 +152,7 @@ std::string metadata_of_slicing(const SourceTraits& traits, const SliceOptions& 
   json[key::kRefinement] = name_of(kRefinementNames, options.refinement);
   json[key::kZeroValues] = report.zero_values;
   json[key::kNegativeValues] = report.negative_values;
+  if (report.filled_samples > 0) json[key::kFilledSamples] = report.filled_samples;
   json[key::kError] = describe_error(report);
   for (const Finding& finding : traits.findings) {
     json[key::kFindings].push_back(

@@ -13,6 +13,8 @@ Status check_options(const SliceOptions& options) {
   if (target && !(*target > 0 && std::isfinite(*target))) return usage_error("a target must be above 0 %");
   const auto* search = std::get_if<SearchedStructure>(&options.structure);
   if (search != nullptr && search->evaluations == 0) return usage_error("a search must try one structure or more");
+  const double theta_max = options.theta_max_deg.value_or(90);
+  if (!(theta_max >= kLeastThetaMaxDeg && theta_max <= 90)) return usage_error("theta_max must be in [5, 90] degrees");
   const double gap = sampling_of(options).minimum_gap_deg;
   if (!(gap >= 0.01 && gap <= 90)) return usage_error("the minimum gap must be in [0.01, 90] degrees");
   return ok_status();

@@ -13,6 +13,7 @@ namespace sbrdf::internal {
 
 inline constexpr std::uint64_t kDefaultSampleCount = 4096;
 inline constexpr std::size_t kDefaultSearchEvaluations = 200;
+inline constexpr double kLeastThetaMaxDeg = 5;
 inline constexpr std::uint64_t kMaxSampleCount = 1'000'000;
 
 /// So many samples, crossings included: at most kMaxSampleCount. Fewer where every interval is at the smallest gap.
@@ -50,6 +51,9 @@ struct SliceOptions {
   StructureRule structure = SearchedStructure{};
   std::optional<DomainKind> domain;  ///< open: a search chooses; with a placement the log domain
   Refinement refinement = Refinement::kBySource;
+  /// Of the slices, kLeastThetaMaxDeg to 90, in whole hundredths where frames are searched for. Open: the source's
+  /// slice_theta_max_deg; for a placement the paper's.
+  std::optional<double> theta_max_deg;
   std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kByMeasured (the paper's), 0.1 for kBySource
 
   EncodeOptions encoding = {0.001};  ///< errors are measured on what a file of this precision gives back

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "codec/coding/value_scaling.h"
+#include "codec/material/slice_samples.h"
 #include "converters/slicing/metadata.h"
 #include "converters/source/reciprocity.h"
 #include "converters/source/symmetry_detection.h"
@@ -42,6 +43,11 @@ Status evaluate_checked_in_parallel(const BrdfSource& source, std::span<const Di
   return check_finite(pairs, values);
 }
 
+double theta_max_of(const BrdfSource& source, const SliceOptions& options) {
+  const bool placed = std::holds_alternative<Placement>(options.structure);
+  return options.theta_max_deg.value_or(placed ? kPaperThetaMaxDeg : source.traits().slice_theta_max_deg);
+}
+
 // Refinement by the source looks at four places for each new sample, one of which is the sample.
 std::uint64_t measurements_for(const SamplingOptions& sampling) {
   return sampling.sample_count * (sampling.refinement == Refinement::kBySource ? 4 : 1);
@@ -50,10 +56,15 @@ std::uint64_t measurements_for(const SamplingOptions& sampling) {
 }  // namespace
 
 Slicer::Slicer(const BrdfSource& source, const SliceOptions& options)
-    : source_(source), options_(options), measured_(&source) {
-  if (source.traits().reciprocal) return;
-  symmetrised_ = std::make_unique<SymmetrisedSource>(source);
-  measured_ = symmetrised_.get();
+    : source_(source), options_(options), measured_(&source), theta_max_deg_(theta_max_of(source, options)) {
+  if (!source.traits().reciprocal) {
+    symmetrised_ = std::make_unique<SymmetrisedSource>(source);
+    measured_ = symmetrised_.get();
+  }
+  if (source.mask_grid()) {
+    filled_ = std::make_unique<FilledSource>(*measured_);
+    measured_ = filled_.get();
+  }
 }
 
 Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& options) {
@@ -75,15 +86,19 @@ Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& option
 Symmetries Slicer::symmetries_to_use() const {
   const auto* search = std::get_if<SearchedStructure>(&options_.structure);
   if (search == nullptr) return {.isotropic = source_.traits().isotropic};
-  Symmetries symmetries = detect_symmetries(*measured_);
+  Symmetries symmetries = detect_symmetries(*measured_, theta_max_deg_);
   if (!search->use_mirrors) symmetries.mirror_x = symmetries.mirror_y = false;
   return symmetries;
 }
 
 Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
-  return draw_held_back(
-      kHeldBackCount, seed, symmetries_.isotropic, source_.channel_count(),
-      [&](auto pairs, auto values) { return evaluate_checked_in_parallel(*measured_, pairs, values); });
+  HeldBackDraw draw = {kHeldBackCount, seed, symmetries_.isotropic, theta_max_deg_};
+  if (filled_) draw.measured = [&](auto pairs, auto flags) { filled_->measured(pairs, flags); };
+  Result<HeldBack> drawn = draw_held_back(draw, source_.channel_count(), [&](auto pairs, auto values) {
+    return evaluate_checked_in_parallel(*measured_, pairs, values);
+  });
+  if (drawn && drawn->pairs.empty()) return invalid_file("none of the directions drawn to judge by was measured");
+  return drawn;
 }
 
 Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const Progress& progress) const {
@@ -91,7 +106,8 @@ Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const 
     return search(*rule, sample_count, effort, progress);
   }
   const auto& placement = std::get<Placement>(options_.structure);
-  Result<FrameSpec> spec = elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, symmetries_);
+  Result<FrameSpec> spec =
+      elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, symmetries_, theta_max_deg_);
   if (!spec) return spec.error();
   return SlicePlan{*std::move(spec), sampling_of(options_), {}};
 }
@@ -102,6 +118,7 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   search.frame = rule.frame;
   search.domain = options_.domain;
   search.symmetries = symmetries_;
+  search.theta_max_deg = theta_max_deg_;
   search.objective = objective_of(options_.stop);
   search.sampling = sampling_of(options_);
   search.sampling.sample_count = sample_count;
@@ -129,6 +146,7 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
   Result<SlicedBrdf> sliced = sample_slices(*lattice, source_.traits().channels, measure, sampling);
   if (!sliced) return sliced.error();
   Slicing slicing{*std::move(sliced), *std::move(lattice), {}};
+  if (filled_) slicing.sliced.mask = filled_->mask();
   slicing.report.wanted_samples = sample_count;
   slicing.report.reasons = plan.reasons;
   return slicing;
@@ -141,6 +159,23 @@ Result<Slicing> Slicer::slice(std::uint64_t sample_count, Effort effort, const P
   const Result<SlicePlan> found = plan(sample_count, effort, steps.step(searches ? kSearchShare : 0));
   if (!found) return found.error();
   return sample(*found, sample_count, steps.step(1));
+}
+
+std::uint64_t Slicer::count_filled(const Slicing& slicing) const {
+  if (!filled_) return 0;
+  std::vector<DirectionPair> pairs;
+  for (const Coordinates& x : slicing.lattice.crossings) pairs.push_back(directions_at(slicing.lattice.spec, x));
+  const std::vector<SliceSamples> all = gather_slices(slicing.sliced, slicing.lattice);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    for (std::size_t s = 0; s < all[k].size(); ++s) {
+      if (all[k].places[s].fraction == 0) continue;  // a crossing
+      const Coordinates x = coordinates_on(slicing.lattice.slices[k], all[k].positions_deg[s]);
+      pairs.push_back(directions_at(slicing.lattice.spec, x));
+    }
+  }
+  std::vector<std::uint8_t> flags(pairs.size());
+  filled_->measured(pairs, flags);
+  return static_cast<std::uint64_t>(std::count(flags.begin(), flags.end(), std::uint8_t{0}));
 }
 
 double Slicer::error_on(const HeldBack& held_back, const Slicing& slicing) const {
@@ -162,6 +197,8 @@ void Slicer::finish(Slicing& slicing) const {
   report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
   report.error_directions = report_.pairs.size();
   report.error_values_all_zero = all_zero(report_);
+  report.theta_max_deg = theta_max_deg_;
+  report.filled_samples = count_filled(slicing);
   slicing.sliced.metadata = metadata_of_slicing(source_.traits(), options_, report);
 }
 

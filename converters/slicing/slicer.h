@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "converters/slicing/slicing.h"
+#include "converters/source/filled_source.h"
 
 namespace sbrdf::internal {
 
@@ -27,6 +28,7 @@ class Slicer {
   [[nodiscard]] static Result<Slicer> make(const BrdfSource& source, const SliceOptions& options);
 
   [[nodiscard]] const SliceOptions& options() const { return options_; }
+  [[nodiscard]] double theta_max_deg() const { return theta_max_deg_; }
 
   /// The placement that was asked for, or the best structure for so many samples that a search finds. The errors of
   /// search_structure() and elevation_frame().
@@ -58,12 +60,15 @@ class Slicer {
   [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
                                          const Progress& progress) const;
+  [[nodiscard]] std::uint64_t count_filled(const Slicing& slicing) const;
   [[nodiscard]] double error_on(const HeldBack& held_back, const Slicing& slicing) const;
 
   const BrdfSource& source_;
   const SliceOptions& options_;
   std::unique_ptr<const BrdfSource> symmetrised_;
-  const BrdfSource* measured_;  ///< what is sampled: the source, or the mean of both orders where it is not reciprocal
+  std::unique_ptr<const FilledSource> filled_;  ///< where not all directions were measured
+  const BrdfSource* measured_;  ///< what is sampled: the source, made reciprocal and without holes where it is not
+  double theta_max_deg_;
   Symmetries symmetries_;
   HeldBack choice_;  ///< empty where nothing is chosen by it
   HeldBack report_;

@@ -21,7 +21,10 @@ struct SliceReport {
   std::uint64_t zero_values = 0;
   std::uint64_t negative_values = 0;
   std::uint64_t wanted_samples = 0;
-  HeldBackError error;  ///< on directions that took no part in any choice
+  std::uint64_t filled_samples =
+      0;                      ///< at directions that the source did not measure: FilledSource says what they hold
+  double theta_max_deg = 90;  ///< of the slices
+  HeldBackError error;        ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
   bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
   std::vector<std::string> reasons;    ///< why this structure, where one was searched for

@@ -1,8 +1,14 @@
 #include "converters/source/brdf_source.h"
 
+#include <algorithm>
+
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
+
+void BrdfSource::measured(std::span<const DirectionPair> /*pairs*/, std::span<std::uint8_t> flags) const {
+  std::fill(flags.begin(), flags.end(), std::uint8_t{1});
+}
 
 void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
   constexpr std::size_t kBlock = 256;

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "codec/mask/direction_mask.h"
 #include "formats/core/directions.h"
 #include "formats/core/result.h"
 
@@ -30,6 +32,10 @@ struct SourceTraits {
   bool isotropic = false;             ///< values depend on phi_i - phi_v only
   bool reciprocal = false;            ///< f(i,v) = f(v,i) by construction
   std::vector<Finding> findings;
+  /// Both directions were measured, or are known by a formula, up to here; beyond, values are made up.
+  double theta_max_deg = 90;
+  std::string beyond_theta_max;      ///< what is given there: "the value held at theta_max"
+  double slice_theta_max_deg = 90;   ///< how far slices go unless somebody says otherwise: at most theta_max_deg
   std::vector<std::uint32_t> shape;  ///< of a dense table: cells along each axis, slowest first; empty for what is none
 };
 
@@ -48,6 +54,14 @@ class BrdfSource {
   /// f_r [1/sr], without any cosine. `values` has pairs.size() x channels entries, channel fastest. theta beyond pi/2
   /// gives 0; values are finite, and may be negative where the source's data are.
   virtual void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const = 0;
+
+  /// Which pairs were measured: `flags`, one for each pair, become 1, or 0 where nothing was measured and what
+  /// `evaluate` says is made up. Pairs below the horizon count as measured: 0 is right there.
+  virtual void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const;
+
+  /// Cells that are fine enough to tell where `measured` says no: those of a table. Nothing where every pair above the
+  /// horizon was measured, so that nobody need ask.
+  [[nodiscard]] virtual std::optional<MaskGrid> mask_grid() const { return std::nullopt; }
 
   // What a writer may use instead of evaluating, so that copies lose nothing. A source offers what it has; a writer
   // asks for what it can use and falls back to `evaluate`. Nobody needs to know which class a source is.

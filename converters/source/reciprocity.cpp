@@ -10,14 +10,30 @@ namespace {
 
 constexpr std::size_t kBlock = 256;  // pairs that are turned round at a time, on the stack
 
-void evaluate_exchanged(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
-  const std::size_t channels = source.channel_count();
+// Calls `visit(exchanged, first)` for blocks of pairs, turned round, the first of which is pair `first`.
+template <class Visit>
+void for_exchanged(std::span<const DirectionPair> pairs, const Visit& visit) {
   std::array<DirectionPair, kBlock> exchanged;
   for (std::size_t first = 0; first < pairs.size(); first += kBlock) {
     const std::size_t count = std::min(kBlock, pairs.size() - first);
     for (std::size_t k = 0; k < count; ++k) exchanged[k] = {pairs[first + k].v, pairs[first + k].i};
-    source.evaluate(std::span(exchanged).first(count), values.subspan(first * channels, count * channels));
+    visit(std::span<const DirectionPair>(exchanged).first(count), first);
   }
+}
+
+void evaluate_exchanged(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
+  const std::size_t channels = source.channel_count();
+  for_exchanged(pairs, [&](std::span<const DirectionPair> exchanged, std::size_t first) {
+    source.evaluate(exchanged, values.subspan(first * channels, exchanged.size() * channels));
+  });
+}
+
+std::vector<std::uint8_t> measured_exchanged(const BrdfSource& source, std::span<const DirectionPair> pairs) {
+  std::vector<std::uint8_t> flags(pairs.size());
+  for_exchanged(pairs, [&](std::span<const DirectionPair> exchanged, std::size_t first) {
+    source.measured(exchanged, std::span(flags).subspan(first, exchanged.size()));
+  });
+  return flags;
 }
 
 }  // namespace
@@ -30,7 +46,27 @@ void SymmetrisedSource::evaluate(std::span<const DirectionPair> pairs, std::span
   source_.evaluate(pairs, values);
   std::vector<float> exchanged(values.size());
   evaluate_exchanged(source_, pairs, exchanged);
-  for (std::size_t k = 0; k < values.size(); ++k) values[k] = 0.5F * (values[k] + exchanged[k]);
+  if (!source_.mask_grid()) {
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = 0.5F * (values[k] + exchanged[k]);
+    return;
+  }
+  std::vector<std::uint8_t> there(pairs.size());
+  source_.measured(pairs, there);
+  const std::vector<std::uint8_t> back = measured_exchanged(source_, pairs);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t pair = k / channel_count();
+    if (there[pair] == back[pair]) {
+      values[k] = 0.5F * (values[k] + exchanged[k]);
+    } else if (back[pair] == 1) {
+      values[k] = exchanged[k];
+    }
+  }
+}
+
+void SymmetrisedSource::measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const {
+  source_.measured(pairs, flags);
+  const std::vector<std::uint8_t> back = measured_exchanged(source_, pairs);
+  for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = std::max(flags[k], back[k]);
 }
 
 double reciprocity_difference_percent(const BrdfSource& source) {

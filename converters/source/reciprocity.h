@@ -6,13 +6,16 @@
 
 namespace sbrdf::internal {
 
-/// A source made reciprocal: the mean of f(i,v) and f(v,i). The wrapped source must outlive it.
+/// A source made reciprocal: the mean of f(i,v) and f(v,i), or the one of them that was measured. The wrapped source
+/// must outlive it.
 class SymmetrisedSource final : public BrdfSource {
  public:
   explicit SymmetrisedSource(const BrdfSource& source);
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override { return source_.mask_grid(); }
 
  private:
   const BrdfSource& source_;

@@ -30,13 +30,13 @@ bool holds(const BrdfSource& source, const std::vector<DirectionPair>& pairs, co
 
 }  // namespace
 
-Symmetries detect_symmetries(const BrdfSource& source) {
+Symmetries detect_symmetries(const BrdfSource& source, double theta_max_deg) {
   std::mt19937_64 random(3);
   const auto uniform = [&](double end) { return end * static_cast<double>(random() >> 11U) * 0x1p-53; };
   std::vector<DirectionPair> pairs;
   for (std::size_t k = 0; k < kPairs; ++k) {
-    const double theta_i = uniform(kThetaMaxDeg);
-    const double theta_v = uniform(kThetaMaxDeg);
+    const double theta_i = uniform(theta_max_deg);
+    const double theta_v = uniform(theta_max_deg);
     const double phi_i = uniform(360);
     pairs.push_back({direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, uniform(360))});
   }

@@ -1,21 +1,8 @@
 #include "formats/sbrdf/metadata.h"
 
-#include <zstd.h>
-
-#include <memory>
-#include <new>
+#include "formats/sbrdf/zstd_frame.h"
 
 namespace sbrdf::internal {
-namespace {
-
-constexpr int kLevel = 19;
-
-struct FreeContext {
-  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
-  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
-};
-
-}  // namespace
 
 std::string_view metadata_dictionary() {
   return R"("findings":[{"what":"negative stored rgb values","count":,"total":}]"symmetrised":true,)"
@@ -31,27 +18,13 @@ std::string_view metadata_dictionary() {
 }
 
 std::vector<std::byte> pack_metadata(std::string_view text) {
-  const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
-  const std::string_view dictionary = metadata_dictionary();
-  std::vector<std::byte> packed(ZSTD_compressBound(text.size()));
-  const std::size_t size = ZSTD_compress_usingDict(context.get(), packed.data(), packed.size(), text.data(),
-                                                   text.size(), dictionary.data(), dictionary.size(), kLevel);
-  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the only way it can fail
-  packed.resize(size);
-  return packed;
+  return pack_bytes(std::as_bytes(std::span(text)), metadata_dictionary());
 }
 
 std::optional<std::string> unpack_metadata(std::span<const std::byte> packed, std::size_t size) {
-  if (ZSTD_getFrameContentSize(packed.data(), packed.size()) != size) return {};
-  if (ZSTD_findFrameCompressedSize(packed.data(), packed.size()) != packed.size()) return {};  // one frame, no more
-  const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-  const std::string_view dictionary = metadata_dictionary();
-  std::string text(size, '\0');
-  if (ZSTD_decompress_usingDict(context.get(), text.data(), text.size(), packed.data(), packed.size(),
-                                dictionary.data(), dictionary.size()) != size) {
-    return {};
-  }
-  return text;
+  const std::optional<std::vector<std::byte>> bytes = unpack_bytes(packed, size, metadata_dictionary());
+  if (!bytes) return {};
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
 }
 
 }  // namespace sbrdf::internal

@@ -7,7 +7,8 @@ Prints what the file holds as JSON. Exit codes: 0 ok, 2 the file cannot be read,
 begin with the rule that is broken.
   --values     little-endian float32: crossings by number, samples slice by slice, the guide's; channel fastest
   --positions  little-endian u32: number of samples of each slice, then interval and fraction of every sample, slice by
-               slice, then those of the guide, its nodes (fraction 0) included
+               slice, then those of the guide, its nodes (fraction 0) included; with a mask its frame, the cells along
+               its axes, and the lengths of its runs
 
 Slow and plain on purpose: whole numbers are Python's, f64 arithmetic is written out in the order that the page states.
 """
@@ -146,9 +147,28 @@ class Index:
         self.frame = reader.number("B")
         known(self.frame in (ELEVATION, HALF_DIFFERENCE), "SB-2-2", f"frame {self.frame}")
         self.symmetries = reader.number("B")
-        known(self.symmetries < 8, "SB-2-3", f"symmetries {self.symmetries}")
+        allowed = 7 + 32 + (16 if self.frame == HALF_DIFFERENCE else 0)
+        known(self.symmetries & ~allowed == 0, "SB-2-3", f"symmetries {self.symmetries}")
         self.nodes = [self.read_nodes(reader) for _ in range(4)]
+        self.theta_max = 80.0 if self.frame == HALF_DIFFERENCE else self.nodes[3][-1]
+        if self.symmetries & 16:
+            self.theta_max = reader.count() / 100
+            need(0 < self.theta_max <= 90, "SB-2-4", f"theta_max {self.theta_max}")
+        self.mask = None
+        if self.symmetries & 32:
+            self.read_mask(reader)
+        self.symmetries &= 7
         self.check_nodes()
+
+    def read_mask(self, reader):
+        frame = reader.number("B")
+        known(frame in (1, 2), "SB-2-16", f"mask of frame {frame}")
+        counts = [reader.count() for _ in range(4)]
+        need(all(1 <= count <= 4096 for count in counts), "SB-2-16", f"mask of {counts} cells")
+        need(math.prod(counts) <= 2**26, "SB-2-16", f"mask of {counts} cells")
+        size = reader.count()
+        need(1 <= size <= 2**27, "SB-2-16", f"mask of {size} bytes")
+        self.mask = (frame, counts, size)
 
     @property
     def isotropic(self):
@@ -1005,6 +1025,30 @@ def read_metadata(payload, size):
         return text.decode("utf-8", errors="replace")
 
 
+def read_mask(payload, mask):
+    """Lengths of runs: measured cells, unmeasured ones, in turn."""
+    need(payload is not None, "SB-1-7", "the mask's chunk is left out")
+    _, counts, size = mask
+    try:
+        stated = zstandard.get_frame_parameters(payload).content_size
+        need(stated == size, "SB-8-7", f"mask of {stated} bytes, the index says {size}")
+        decompressor = zstandard.ZstdDecompressor().decompressobj()
+        content = decompressor.decompress(payload)
+    except zstandard.ZstdError as error:
+        raise Refused("SB-8-7", f"mask: {error}") from None
+    whole = decompressor.eof and not decompressor.unused_data and len(content) == size
+    need(whole, "SB-8-7", "the mask is not one frame")
+    reader, runs = IndexReader(content), []
+    try:
+        while reader.left():
+            runs.append(reader.count())
+    except Refused as refused:
+        raise Refused("SB-8-7", f"mask: {refused}") from None
+    need(all(runs[1:]), "SB-8-7", "an empty run of the mask")
+    need(sum(runs) == math.prod(counts), "SB-8-7", f"a mask of {sum(runs)} cells")
+    return runs
+
+
 # ---- The whole file --------------------------------------------------------------------------------------------------
 
 
@@ -1027,7 +1071,7 @@ class Decoded:
         for kind in range(4):
             members = [(number, piece.indices) for number, piece in enumerate(lattice.slices) if piece.kind == kind]
             slice_blocks += blocks_of(members, index.blocks[kind])
-        count = 2 + len(crossing_blocks) + len(index.pieces) * len(slice_blocks)
+        count = 2 + len(crossing_blocks) + len(index.pieces) * len(slice_blocks) + (index.mask is not None)
         chunks = iter(payloads(self.container, index, count))
         self.metadata = read_metadata(next(chunks), index.metadata_size)
         guide_payload = next(chunks)
@@ -1038,6 +1082,7 @@ class Decoded:
             need(guide_payload is None, "SB-8-2", "a chunk for a guide that is not there")
         self.read_crossings(crossing_blocks, chunks)
         self.read_samples(slice_blocks, chunks)
+        self.mask_runs = read_mask(next(chunks), index.mask) if index.mask else []
 
     def read_crossings(self, blocks, chunks):
         reader = CrossingReader(self.lattice, self.coder)
@@ -1105,6 +1150,9 @@ class Decoded:
         for samples in lists + [self.guide]:
             for sample in samples:
                 numbers += [sample.interval, sample.fraction]
+        if self.index.mask:
+            frame, counts, _ = self.index.mask
+            numbers += [frame, *counts, *self.mask_runs]
         return numpy.array(numbers, dtype="<u4").tobytes()
 
     def summary(self):
@@ -1117,6 +1165,9 @@ class Decoded:
             "symmetries": [
                 name for bit, name in enumerate(("isotropic", "mirror-x", "mirror-y")) if index.symmetries >> bit & 1
             ],
+            "theta_max": index.theta_max,
+            "mask": None if index.mask is None else {"frame": index.mask[0], "cells": index.mask[1],
+                                                     "unmeasured": sum(self.mask_runs[1::2])},
             "domain": {1: "linear", 2: "log"}[index.domain],
             "references": index.references,
             "floors": index.floors,

@@ -21,12 +21,13 @@ ROOMS = {
     },
     "codec": {
         "frame": [],
-        "material": ["frame"],
+        "mask": [],
+        "material": ["frame", "mask"],
         "sampling": ["frame", "material"],
         "search": ["frame", "material", "sampling"],
         "entropy": [],
         "coding": ["frame", "material", "entropy"],
-        "file": ["frame", "material", "entropy", "coding"],
+        "file": ["frame", "mask", "material", "entropy", "coding"],
     },
     "converters": {
         "source": [],

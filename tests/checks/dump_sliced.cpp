@@ -3,7 +3,7 @@
 // usage: dump_sliced FILE VALUES_OUT POSITIONS_OUT
 //   VALUES_OUT     float32: crossings by number, then samples slice by slice, then the guide's; channel fastest
 //   POSITIONS_OUT  u32: number of samples of each slice, then interval and fraction of every sample, then of the
-//   guide's
+//   guide's; with a mask its frame, the cells along its axes, and the lengths of its runs, measured cells first
 // Exit codes: 0 ok, 2 a file cannot be read or written, 3 refused, 4 unsupported, with the message on stderr.
 
 #include <bit>
@@ -44,10 +44,23 @@ void append_places(std::vector<std::uint32_t>& out, std::span<const SamplePositi
   }
 }
 
+void append_mask(std::vector<std::uint32_t>& out, const DirectionMask& mask) {
+  out.push_back(static_cast<std::uint32_t>(mask.grid.frame));
+  out.insert(out.end(), mask.grid.counts.begin(), mask.grid.counts.end());
+  out.push_back(0);
+  bool unmeasured = false;
+  for (const bool bit : mask.unmeasured) {
+    if (bit != unmeasured) out.push_back(0);
+    unmeasured = bit;
+    ++out.back();
+  }
+}
+
 std::string positions_of(const SlicedBrdf& sliced) {
   std::vector<std::uint32_t> numbers = sliced.sample_counts;
   append_places(numbers, sliced.positions);
   if (sliced.guide) append_places(numbers, sliced.guide->places);
+  if (sliced.mask) append_mask(numbers, *sliced.mask);
   std::string out;
   append<std::uint32_t>(out, numbers);
   return out;

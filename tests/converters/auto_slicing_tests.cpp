@@ -105,7 +105,7 @@ TEST(StructureSearch, GoesByWayOfFewerSamples) {
     source->evaluate(pairs, values);
     return ok_status();
   };
-  const HeldBack held_back = draw_held_back(2000, 1, false, 3, measure).value();
+  const HeldBack held_back = draw_held_back({.count = 2000}, 3, measure).value();
   SearchOptions options;
   options.symmetries = detect_symmetries(*source);
   const auto found = [&](std::uint64_t samples, std::size_t evaluations) {
@@ -128,7 +128,7 @@ TEST(StructureSearch, TakesNothingThatIsWorseByEitherErrorThanWhatFewerSamplesFo
       source->evaluate(pairs, values);
       return ok_status();
     };
-    const HeldBack held_back = draw_held_back(1000, 1, false, 3, measure).value();
+    const HeldBack held_back = draw_held_back({.count = 1000}, 3, measure).value();
     SearchOptions options;
     options.symmetries = detect_symmetries(*source);
     options.evaluations = 20;

@@ -214,6 +214,23 @@ TEST(MerlSource, IsZeroWhereOnlyMarksAreNear) {
   for (const float value : value_at(*source, pair_at(table.shape, 2.0, 1.5, 2.9))) EXPECT_EQ(value, 0);
 }
 
+TEST(MerlSource, IsNotBlackAtTheHorizonWhereCellsBelowItAreMarks) {
+  const MerlShape shape = {30, 30, 60};
+  MerlTable table = random_table(shape);
+  for (std::uint64_t cell = 0; cell < merl_cell_count(shape); ++cell) {
+    if (is_above(merl_cell_centre(shape, cell))) continue;
+    for (std::size_t c = 0; c < 3; ++c) table.values[c * merl_cell_count(shape) + cell] = -1;
+  }
+  const auto source = source_of(table);
+  for (const double theta_i : {0.0, 40.0, 80.0, 88.0, 89.5, 90.0}) {
+    for (double phi = 0; phi < 180; phi += 2.5) {
+      const DirectionPair pair = {direction_from_degrees(theta_i, 0), direction_from_degrees(90, phi)};
+      if (!is_above(pair)) continue;
+      EXPECT_GT(value_at(*source, pair)[0], 0) << theta_i << ", " << phi;
+    }
+  }
+}
+
 TEST(MerlSource, UsesCellsWithSomeNegativeChannelAsTheyAre) {
   MerlTable table = random_table({5, 4, 6});
   value_of(table, 0, 1, 1, 2) = -30;
@@ -234,10 +251,11 @@ TEST(MerlSource, ReportsMarksAndMixedCells) {
   value_of(table, 1, 2, 2, 2) = -1e-9;
   const auto source = source_of(table);
   const auto& findings = source->traits().findings;
-  ASSERT_EQ(findings.size(), 2u);
+  ASSERT_EQ(findings.size(), 3u);
   EXPECT_EQ(findings[0].count, 2u);
   EXPECT_EQ(findings[0].total, 120u);
-  EXPECT_EQ(findings[1].count, 1u);
+  EXPECT_EQ(findings[1].count, 1u) << "above the horizon";
+  EXPECT_EQ(findings[2].count, 1u);
 }
 
 TEST(MerlSource, IsZeroBelowTheHorizon) {

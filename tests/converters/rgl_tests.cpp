@@ -210,6 +210,7 @@ TEST(RglEvaluate, DependsOnTheDifferenceOfAzimuthsOnlyWhereIsotropic) {
   material.rgb = [](std::size_t slice, std::size_t, std::size_t x, std::size_t) { return float(1 + slice + x); };
   const auto source = load(material.fields());
   EXPECT_TRUE(source->traits().isotropic);
+  EXPECT_EQ(source->traits().slice_theta_max_deg, 80) << "f_r has a pole at the horizon";
   const std::array<float, 3> expected = evaluate(*source, pair_from_degrees(50, 0, 30, 100));
   for (const double turn : {10.0, 170.0, 200.0, 350.0}) {
     const std::array<float, 3> turned = evaluate(*source, pair_from_degrees(50, turn, 30, 100 + turn));
@@ -335,6 +336,39 @@ TEST(RglEvaluate, KeepsNegativeColours) {
   ASSERT_EQ(source->traits().findings.size(), 1u);
   EXPECT_EQ(source->traits().findings[0].count, 12u);
   EXPECT_EQ(source->traits().findings[0].total, 36u);
+}
+
+// Green is negative where the half direction leans far.
+TEST(RglNegatives, StayBecomeZeroOrMakeThePairUnmeasured) {
+  SmallMaterial material;
+  material.rgb = [](std::size_t, std::size_t channel, std::size_t x, std::size_t) {
+    return channel == 1 && x == 1 ? -2.0f : 1.0f;
+  };
+  const Bytes file = emit(material.fields());
+  const auto open = [&](const char* policy) {
+    return open_rgl(std::make_shared<OwnedMemorySource>(file), Options().set("negatives", policy)).value();
+  };
+  const auto keep = open("keep");
+  const auto clamp = open("clamp");
+  const auto unmeasured = open("unmeasured");
+  EXPECT_EQ(keep->mask_grid(), std::nullopt);
+  EXPECT_EQ(clamp->mask_grid(), std::nullopt);
+  ASSERT_TRUE(unmeasured->mask_grid().has_value());
+  EXPECT_TRUE(unmeasured->mask_grid()->is_valid());
+  std::size_t negative = 0;
+  for (double theta = 0; theta < 90; theta += 5) {
+    const DirectionPair pair = pair_from_degrees(theta, 0, theta, 10);
+    const std::array<float, 3> kept = evaluate(*keep, pair);
+    EXPECT_EQ(evaluate(*clamp, pair), (std::array<float, 3>{kept[0], std::max(kept[1], 0.0f), kept[2]}));
+    std::uint8_t flag = 2;
+    unmeasured->measured(std::span(&pair, 1), std::span(&flag, 1));
+    EXPECT_EQ(flag, kept[1] < 0 ? 0 : 1) << theta;
+    clamp->measured(std::span(&pair, 1), std::span(&flag, 1));
+    EXPECT_EQ(flag, 1);
+    negative += kept[1] < 0 ? 1 : 0;
+  }
+  EXPECT_GT(negative, 3U);
+  EXPECT_LT(negative, 17U);
 }
 
 TEST(RglEvaluate, ReportsNegativeMicrofacetDensities) {

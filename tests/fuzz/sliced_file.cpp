@@ -297,7 +297,9 @@ class Mutation {
         break;
     }
     if (nodes.empty()) nodes = {0};
+    if (below(8) == 0) frame.theta_max_deg = below(2) == 0 ? number() : static_cast<double>(below(9001)) / 100;
     if (frame.id == FrameId::kElevation && below(4) != 0) frame.axes[2].nodes_deg = frame.axes[3].nodes_deg;
+    if (frame.id == FrameId::kElevation) frame.theta_max_deg = frame.axes[3].nodes_deg.back();
   }
 
   // As many chunks as the frame and the layout ask for.
@@ -307,7 +309,8 @@ class Mutation {
     if (points > 10'000 || !check_frame(parts.index.frame)) return;
     const Result<Lattice> lattice = build_lattice(parts.index.frame);
     if (!lattice) return;
-    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_depths.size());
+    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_depths.size(),
+                           parts.index.mask.has_value());
     parts.payloads.resize(std::min<std::size_t>(order.count(), 10'000));
     if (order.count() > 2 && parts.payloads[2].empty()) parts.payloads[2].resize(4);
   }

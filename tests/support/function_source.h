@@ -28,6 +28,7 @@ class FunctionSource final : public BrdfSource {
     traits_.channels = std::move(traits.channels);
     traits_.isotropic = traits.isotropic;
     traits_.reciprocal = traits.reciprocal;
+    traits_.slice_theta_max_deg = 80;
   }
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }

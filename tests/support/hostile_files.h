@@ -15,6 +15,7 @@
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/metadata.h"
+#include "formats/sbrdf/zstd_frame.h"
 
 namespace sbrdf::internal {
 
@@ -27,6 +28,7 @@ struct HostileSizes {
   std::size_t channels = 1;
   int depth = 0;                 ///< every interval of every slice is halved down to this
   std::size_t metadata = 0;      ///< bytes of a JSON list of zeros
+  std::uint32_t mask = 0;        ///< times 2^24 cells, measured and unmeasured in turn
   std::size_t behind_index = 0;  ///< bytes that a later minor version might add to the index
 };
 
@@ -65,6 +67,10 @@ inline SlicedIndex index_of(const HostileSizes& sizes) {
     index.layout.piece_depths = {1, static_cast<std::uint8_t>(sizes.depth + 1)};
   }
   index.metadata_size = static_cast<std::uint32_t>(sizes.metadata);
+  if (sizes.mask > 0) {
+    index.mask = MaskGrid{MaskFrame::kAngles, {sizes.mask, 4096, 4096, 1}};
+    index.mask_size = sizes.mask << 24U;
+  }
   return index;
 }
 
@@ -74,9 +80,10 @@ inline std::vector<std::byte> hostile_file(const HostileSizes& sizes) {
   const Lattice lattice = build_lattice(sizes.frame).value();
   SlicedIndex index = hostile::index_of(sizes);
   const LatticeBlocks blocks = make_blocks(lattice, index.layout);
-  const ChunkOrder order(blocks, index.layout.piece_depths.size());
+  const ChunkOrder order(blocks, index.layout.piece_depths.size(), sizes.mask > 0);
   std::vector<std::vector<std::byte>> payloads(order.count());
   if (sizes.metadata > 0) payloads[ChunkOrder::kMetadata] = hostile::list_of_zeros(sizes.metadata);
+  if (sizes.mask > 0) payloads[order.mask()] = pack_bytes(std::vector<std::byte>(index.mask_size, std::byte{1}));
   payloads[ChunkOrder::crossings(0)] = hostile::stream_of(lattice.crossings.size(), false, sizes.channels);
   for (std::size_t kind = 0; sizes.depth > 0 && kind < kAxisCount; ++kind) {
     for (std::size_t block = 0; block < blocks.slices[kind].size(); ++block) {
@@ -136,6 +143,7 @@ inline std::vector<HostileCase> hostile_cases(double share = 1) {
       {"sample_channels.sbrdf", hostile_file({.frame = few, .channels = part(1024), .depth = 12})},
       {"lattice.sbrdf", hostile_file({.frame = fine})},
       {"metadata.sbrdf", hostile_file({.frame = few, .metadata = kMaxMetadataSize})},
+      {"mask.sbrdf", hostile_file({.frame = few, .mask = 3})},
       {"head.sbrdfz", hostile_bundle({.frame = few, .behind_index = kMaxIndexSize - 4096})},
   };
 }

@@ -208,7 +208,7 @@ class LiteralEvaluator {
   /// Not those that are measured: the half/difference frame moves directions from below the horizon to shortly above
   /// it, where different places can hardly be told apart.
   [[nodiscard]] DirectionPair directions(const Coordinates& x) const {
-    if (elevation_frame()) return frame_.directions(x);
+    if (elevation_frame()) return frame_.directions(x, lattice_.spec.theta_max_deg);
     return pair_from_half_difference({radians_from_degrees(x[kVertical]), radians_from_degrees(x[kAxial]),
                                       radians_from_degrees(x[kHorizontal]), radians_from_degrees(x[kDiagonal])});
   }

@@ -51,10 +51,19 @@ class Evaluation {
     }
     if (!header_) return invalid_file("empty: a header theta_i,phi_i,theta_v,phi_v is needed");
     if (options_.json) print(row_written_ ? "\n]\n" : "[]\n");
+    note_beyond();
     return ok_status();
   }
 
  private:
+  // What a value that nobody measured looks like: any other.
+  void note_beyond() const {
+    if (beyond_ == 0) return;
+    const SourceTraits& traits = source_.traits();
+    print_note(options_.file, fmt::format("{} of {} pairs have a direction beyond theta_max = {:g} degrees: {}",
+                                          beyond_, answered_, traits.theta_max_deg, traits.beyond_theta_max));
+  }
+
   static Error at_line(const Error& error, std::uint64_t line) {
     if (error.code != ErrorCode::kInvalidFile) return error;
     return {error.code, fmt::format("line {}: {}", line, error.message), {}};
@@ -133,10 +142,15 @@ class Evaluation {
     print(text);
   }
 
-  [[nodiscard]] std::vector<double> evaluate() const {
+  [[nodiscard]] std::vector<double> evaluate() {
     const std::size_t channels = source_.channel_count();
     std::vector<DirectionPair> pairs;
-    for (const DirectionRow& row : rows_) pairs.push_back(row.below_horizon ? DirectionPair() : row.pair);
+    const double theta_max = radians_from_degrees(source_.traits().theta_max_deg) + 1e-9;
+    for (const DirectionRow& row : rows_) {
+      pairs.push_back(row.below_horizon ? DirectionPair() : row.pair);
+      beyond_ += std::max(pairs.back().i.theta, pairs.back().v.theta) > theta_max ? 1 : 0;
+    }
+    answered_ += rows_.size();
     std::vector<float> f_r(pairs.size() * channels);
     evaluate_in_parallel(source_, pairs, f_r);
     std::vector<double> values(f_r.begin(), f_r.end());
@@ -178,6 +192,8 @@ class Evaluation {
   std::uint64_t line_number_ = 0;
   std::optional<std::uint64_t> blank_line_;
   std::vector<DirectionRow> rows_;
+  std::uint64_t answered_ = 0;
+  std::uint64_t beyond_ = 0;  ///< of them, pairs with a direction beyond theta_max
   bool row_written_ = false;
 };
 

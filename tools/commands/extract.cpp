@@ -36,6 +36,7 @@ struct Extraction {
   std::uint64_t bytes_read = 0;
   std::size_t samples_in = 0;
   std::size_t samples_out = 0;
+  double theta_max_deg = 90;     ///< of the part
   std::vector<std::byte> bytes;  ///< of the file to write
   Comparison difference;         ///< from the whole, over random directions below the new theta_max
 };
@@ -68,21 +69,24 @@ Result<Extraction> extract(const ExtractOptions& options) {
   if (!part) return part.error();
   Result<std::string> metadata = reader->metadata();
   if (!metadata) return metadata.error();
+  Result<std::shared_ptr<const DirectionMask>> mask = reader->mask();
+  if (!mask) return mask.error();
   const std::uint64_t needed = done.bytes_read;
   Result<SlicedBrdf> cut =
       cut_sliced(part->sliced(), reader->lattice(), {options.theta_max_deg, static_cast<int>(options.level)});
   if (!cut) return cut.error();
+  cut->mask = *std::move(mask);
   Result<SlicedBrdf> whole = reader->load_all();
   if (!whole) return whole.error();
-  const double theta_max = std::min(options.theta_max_deg, cut->frame.axes[kVertical].nodes_deg.back());
-  const Result<Comparison> difference =
-      difference_from_whole({*std::move(whole), reader->lattice()}, *cut, std::min(theta_max, kThetaMaxDeg));
+  const double theta_max = std::min(options.theta_max_deg, cut->frame.theta_max_deg);
+  const Result<Comparison> difference = difference_from_whole({*std::move(whole), reader->lattice()}, *cut, theta_max);
   if (!difference) return difference.error();
   done.difference = *difference;
   done.bytes_read = needed;
   cut->metadata = metadata_of_part(*metadata, {options.theta_max_deg, options.level, difference->rel_l1_percent});
   done.samples_in = reader->lattice().crossings.size() + reader->index().adaptive_count + reader->index().guide_count;
   done.samples_out = cut->sample_count();
+  done.theta_max_deg = theta_max;
   std::vector<std::byte> bytes =
       encode_sliced(*cut, build_lattice(cut->frame).value(), {reader->index().scale.bound()});
   done.bytes = std::move(bytes);
@@ -110,6 +114,7 @@ int run_extract(const ExtractOptions& options) {
                 {"out", options.out},
                 {"bytes_out", done->bytes.size()},
                 {"samples_out", done->samples_out},
+                {"theta_max_deg", done->theta_max_deg},
                 {"difference_mre_percent", done->difference.mre_percent},
                 {"difference_rel_l1_percent", done->difference.rel_l1_percent}});
     return 0;
@@ -119,6 +124,8 @@ int run_extract(const ExtractOptions& options) {
                          " bytes, of which the part needed " + format_count(done->bytes_read)});
   table.add({"wrote", options.out + ": " + format_count(done->samples_out) + " samples, " +
                           format_count(done->bytes.size()) + " bytes"});
+  table.add({"", "directions up to theta_max = " + format_number(done->theta_max_deg) +
+                     " degrees; beyond, it gives the value held at theta_max"});
   table.add({"", "difference from the whole in the directions that are left: relative L1 " +
                      format_number(done->difference.rel_l1_percent) + " %, MRE " +
                      format_number(done->difference.mre_percent) + " %, over 20,000 random directions"});

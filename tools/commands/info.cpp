@@ -62,13 +62,18 @@ void add_sliced(const SlicedReader& reader, const std::string& metadata, Json& j
                      {"adaptive", index.adaptive_count},
                      {"guide", index.guide_count},
                      {"total", crossings + index.adaptive_count + index.guide_count}};
+  if (const auto& mask = index.mask) {
+    const bool angles = mask->frame == MaskFrame::kAngles;
+    json["mask"] = {{"frame", angles ? "angles" : "half-difference"}, {"cells", mask->counts}};
+  }
   json["metadata"] = parse_metadata(metadata);
 }
 
 Json describe(const SourceTraits& traits, std::optional<std::uint64_t> bytes) {
-  Json json = {{"format", traits.format},         {"description", traits.description}, {"isotropic", traits.isotropic},
-               {"reciprocal", traits.reciprocal}, {"channels", traits.channels},       {"bytes", nullptr},
-               {"findings", Json::array()}};
+  Json json = {{"format", traits.format},       {"description", traits.description},
+               {"isotropic", traits.isotropic}, {"reciprocal", traits.reciprocal},
+               {"channels", traits.channels},   {"bytes", nullptr},
+               {"findings", Json::array()},     {"theta_max_deg", traits.theta_max_deg}};
   if (bytes) json["bytes"] = *bytes;
   for (const Finding& finding : traits.findings) {
     json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});

@@ -122,6 +122,10 @@ int report_error(std::string_view subject, const Error& error) {
   return static_cast<int>(error.code);
 }
 
+void print_note(std::string_view subject, std::string_view text) {
+  print_error(one_line(subject) + ": " + one_line(text));
+}
+
 int report_no_memory() {
   write_to_error_output("sbrdf: not enough memory\n");
   return static_cast<int>(ErrorCode::kIo);

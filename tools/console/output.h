@@ -30,6 +30,9 @@ void print_json(const nlohmann::ordered_json& json);
 /// interrupted", once, whatever the error, and the code is that of the signal.
 [[nodiscard]] int report_error(std::string_view subject, const Error& error);
 
+/// The line "sbrdf: SUBJECT: TEXT" on standard error, for what is no error but should be known.
+void print_note(std::string_view subject, std::string_view text);
+
 /// Its own line and the exit code, without asking for memory.
 [[nodiscard]] int report_no_memory();
 

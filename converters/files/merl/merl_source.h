@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "converters/files/value_policy.h"
 #include "converters/source/brdf_source.h"
 #include "formats/core/byte_source.h"
 #include "formats/merl/merl.h"
@@ -15,35 +16,45 @@ namespace sbrdf::internal {
 /// Largest f_r that a table may hold: weighted sums of such values still fit a float.
 inline constexpr double kMerlLargest = 1e38;
 
+struct MerlCensus;
+
 /// A MERL table that can be evaluated (specs/merl.md). Isotropic and reciprocal by construction: the table knows
 /// neither phi_h nor the order of the two directions.
 ///
 /// Values are interpolated linearly between cell centres, along theta_h in its square root. phi_d closes after pi; the
 /// first and last cells of theta_h and theta_d hold up to the ends of their axes. A cell whose three channels are all
 /// negative is a mark (unmeasured or below the horizon): it is left out and the remaining weights are scaled up, and
-/// where only marks are near the value is 0. A cell with one or two negative channels is used as it is.
+/// where only marks are near the value is 0, but for pairs at the horizon, which take that shortly above it. A cell
+/// with one or two negative channels is used as it is, with 0 in their place, or as a mark, as `policy` says; cells
+/// with a value that is not finite are refused or taken as marks.
+///
+/// A pair is unmeasured where, of the cells around it, marks above the horizon weigh more than cells that are none.
 ///
 /// The table stays where it is: cells are read from the file's view as they are needed, so a mapped file of any size
 /// takes no memory of its own.
 class MerlSource final : public BrdfSource {
  public:
   /// Keeps `file`; one without a view is read into memory. Looks at every value once. Errors as of parse_merl_shape;
-  /// kInvalidFile also where a value is NaN, infinite or beyond kMerlLargest once scaled (the message counts them and
-  /// names the first cell; `offset` is its place in the file), and where no value is positive.
-  /// `traits().findings` counts the marks and the cells with some negative channel.
-  static Result<std::unique_ptr<MerlSource>> make(std::shared_ptr<const ByteSource> file);
+  /// kInvalidFile also, with NonFinite::kRefuse, where a value is NaN, infinite or beyond kMerlLargest once scaled (the
+  /// message counts them and names the first cell; `offset` is its place in the file), and where no value is positive.
+  /// `traits().findings` counts the marks, those above the horizon by themselves, the cells with some negative channel,
+  /// and those with a value that is not finite, of which it names the first.
+  static Result<std::unique_ptr<MerlSource>> make(std::shared_ptr<const ByteSource> file,
+                                                  const ValuePolicy& policy = {});
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
   [[nodiscard]] std::shared_ptr<const ByteSource> stored(std::string_view format) const override {
-    return format == traits_.format ? file_ : nullptr;
+    return format == traits_.format && !changes_values_ ? file_ : nullptr;
   }
 
  private:
   /// R, G, B in f_r, then 1; all zero in a mark. Weighting all four also adds up the weights that count.
   using Cell = std::array<float, 4>;
 
-  MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape);
+  MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape, const ValuePolicy& policy);
   [[nodiscard]] Status examine();
   /// The eight cells around a point: two neighbours along phi_d in four rows.
   struct Place {
@@ -53,7 +64,12 @@ class MerlSource final : public BrdfSource {
     float high_weight;
   };
 
+  /// What the census counted.
+  void add_findings(const MerlCensus& census);
+  [[nodiscard]] bool is_mark(const std::array<double, kMerlChannelCount>& colour) const;
+  [[nodiscard]] DirectionPair away_from_horizon(DirectionPair pair) const;
   [[nodiscard]] Cell cell(std::uint64_t index) const;
+  [[nodiscard]] bool is_measured(const Place& place) const;
   [[nodiscard]] Place place_of(const HalfDifference& angles) const;
   void fetch(const Place& place) const;
   [[nodiscard]] Cell interpolate(const Place& place) const;
@@ -62,8 +78,15 @@ class MerlSource final : public BrdfSource {
   MerlShape shape_;
   std::uint64_t cell_count_;
   std::array<const std::byte*, kMerlChannelCount> planes_;  ///< of the channels; not aligned
+  ValuePolicy policy_;
+  bool has_non_finite_ = false;    ///< values that make marks of their cells
+  bool changes_values_ = false;    ///< the policy makes another table of this one
+  std::uint64_t marks_above_ = 0;  ///< the horizon
   SourceTraits traits_;
 };
+
+/// The pair at the centre of a cell, with phi_h = 0; it may lie below the horizon.
+[[nodiscard]] DirectionPair merl_cell_centre(const MerlShape& shape, std::uint64_t cell);
 
 /// "theta_h 3, theta_d 0, phi_d 7, channel G", for messages.
 [[nodiscard]] std::string merl_cell_name(const MerlShape& shape, std::uint64_t cell, std::size_t channel);
@@ -71,7 +94,8 @@ class MerlSource final : public BrdfSource {
 /// How many channels of a cell are negative: all of them make a mark.
 [[nodiscard]] std::size_t merl_negative_channels(const std::array<double, kMerlChannelCount>& values);
 
-/// Opens a MERL file: the row of the format table.
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file);
+/// Opens a MERL file: the row of the format table. Options: negatives; non-finite, of which the default is unmeasured.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file,
+                                                            const Options& options = {});
 
 }  // namespace sbrdf::internal

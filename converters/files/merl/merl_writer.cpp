@@ -27,7 +27,7 @@ constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
 using Colour = std::array<double, kMerlChannelCount>;
 
 struct RowReport {
-  std::uint64_t below_horizon = 0, some_negative = 0, all_negative = 0;
+  std::uint64_t below_horizon = 0, unmeasured = 0, non_finite = 0, some_negative = 0, all_negative = 0, beyond = 0;
   std::uint64_t first_bad = kNone;  ///< least position among the values of the file
   bool positive = false;
 };
@@ -35,8 +35,10 @@ struct RowReport {
 /// The work of resample_merl: blocks of rows of phi_d, the rows of a block in parallel.
 class Resampler {
  public:
-  Resampler(const BrdfSource& source, const MerlShape& shape)
-      : source_(source), shape_(shape), row_count_(std::uint64_t{shape[0]} * shape[1]) {
+  Resampler(const BrdfSource& source, const MerlShape& shape, const ValuePolicy& policy)
+      : source_(source), shape_(shape), policy_(policy), row_count_(std::uint64_t{shape[0]} * shape[1]) {
+    report_.theta_max_deg = source_.traits().theta_max_deg;
+    report_.beyond = source_.traits().beyond_theta_max;
     report_.cells = merl_cell_count(shape);
     report_.anisotropic_source_cut = !source_.traits().isotropic;
     report_.source_not_reciprocal = !source_.traits().reciprocal;
@@ -64,20 +66,12 @@ class Resampler {
   }
 
  private:
-  [[nodiscard]] DirectionPair centre(std::uint64_t row, std::uint32_t phi_d_index) const {
-    const std::uint64_t h = (first_row_ + row) / shape_[1];
-    const std::uint64_t d = (first_row_ + row) % shape_[1];
-    return pair_from_half_difference({merl_theta_h(static_cast<double>(h) + 0.5, shape_[0]), 0,
-                                      merl_theta_d(static_cast<double>(d) + 0.5, shape_[1]),
-                                      merl_phi_d(phi_d_index + 0.5, shape_[2])});
-  }
-
   void sample_row(std::uint64_t row) {
     std::vector<DirectionPair> pairs;
     std::vector<std::uint64_t> cells;  // in the block
     for (std::uint32_t p = 0; p < shape_[2]; ++p) {
-      const DirectionPair pair = centre(row, p);
       const std::uint64_t cell = row * shape_[2] + p;
+      const DirectionPair pair = merl_cell_centre(shape_, first_row_ * shape_[2] + cell);
       if (!above_horizon(pair)) {
         store(cell, {kMark, kMark, kMark});
       } else {
@@ -89,7 +83,17 @@ class Resampler {
     const std::size_t channels = source_.channel_count();
     std::vector<float> values(pairs.size() * channels);
     source_.evaluate(pairs, values);
+    std::vector<std::uint8_t> measured(pairs.size(), 1);
+    if (source_.mask_grid()) source_.measured(pairs, measured);
+    const double theta_max = radians_from_degrees(report_.theta_max_deg);
+    for (const DirectionPair& pair : pairs)
+      rows_[row].beyond += std::max(pair.i.theta, pair.v.theta) > theta_max ? 1 : 0;
     for (std::size_t n = 0; n < cells.size(); ++n) {
+      if (measured[n] == 0) {
+        ++rows_[row].unmeasured;
+        store(cells[n], {kMark, kMark, kMark});
+        continue;
+      }
       store_sample(rows_[row], cells[n], std::span(values).subspan(n * channels, channels));
     }
   }
@@ -100,14 +104,29 @@ class Resampler {
 
   void store_sample(RowReport& row, std::uint64_t cell, std::span<const float> values) {
     Colour colour{};
+    bool positive = false;
+    bool finite = true;
     for (std::size_t c = 0; c < colour.size(); ++c) {
       colour[c] = values[values.size() == 1 ? 0 : c] / kMerlScale[c];
-      row.positive = row.positive || colour[c] > 0;
+      positive = positive || colour[c] > 0;
       if (std::fabs(colour[c] * kMerlScale[c]) <= kMerlLargest) continue;
+      finite = false;
+      if (policy_.non_finite == NonFinite::kUnmeasured) continue;
       row.first_bad = std::min(row.first_bad, c * report_.cells + first_row_ * shape_[2] + cell);
     }
-    store(cell, colour);
+    if (!finite) {
+      ++row.non_finite;
+      store(cell, {kMark, kMark, kMark});
+      return;
+    }
     const std::size_t negative = merl_negative_channels(colour);
+    if (negative > 0 && policy_.negatives == Negatives::kUnmeasured) {
+      colour = {kMark, kMark, kMark};
+    } else if (negative > 0 && policy_.negatives == Negatives::kClamp) {
+      for (double& value : colour) value = std::max(value, 0.0);
+    }
+    row.positive = row.positive || (positive && merl_negative_channels(colour) < kMerlChannelCount);
+    store(cell, colour);
     if (negative == kMerlChannelCount) {
       ++row.all_negative;
     } else if (negative > 0) {
@@ -119,6 +138,10 @@ class Resampler {
     std::uint64_t first_bad = kNone;
     for (const RowReport& row : rows_) {
       report_.below_horizon += row.below_horizon;
+      report_.above_horizon += shape_[2] - row.below_horizon;
+      report_.unmeasured += row.unmeasured;
+      report_.non_finite += row.non_finite;
+      report_.beyond_theta_max += row.beyond;
       report_.some_negative += row.some_negative;
       report_.all_negative += row.all_negative;
       positive_ = positive_ || row.positive;
@@ -141,6 +164,7 @@ class Resampler {
 
   const BrdfSource& source_;
   MerlShape shape_;
+  ValuePolicy policy_;
   std::uint64_t row_count_;
   MerlReport report_;
   bool positive_ = false;
@@ -150,11 +174,34 @@ class Resampler {
   std::array<std::vector<double>, kMerlChannelCount> planes_;
 };
 
-void remark_losses(const MerlReport& losses, Report& report) {
+void remark_negatives(const MerlReport& losses, Negatives negatives, Report& report) {
+  const std::string some = "cells with one or two negative channels, ";
+  const std::string all = "cells negative in every channel, ";
+  if (negatives == Negatives::kKeep) {
+    remark_count(report, "some_negative_cells", losses.some_negative, some + "kept");
+    remark_count(report, "all_negative_cells", losses.all_negative, all + "kept; readers take them for unmeasured");
+    return;
+  }
+  const std::string done = negatives == Negatives::kClamp ? "0 in their place" : "marked -1";
+  remark_count(report, "some_negative_cells", losses.some_negative, some + done);
+  remark_count(report, "all_negative_cells", losses.all_negative, all + done);
+}
+
+void remark_losses(const MerlReport& losses, Negatives negatives, Report& report) {
   remark_count(report, "below_horizon_cells", losses.below_horizon, "cells below the horizon, marked -1");
-  remark_count(report, "some_negative_cells", losses.some_negative, "cells with one or two negative channels, kept");
-  remark_count(report, "all_negative_cells", losses.all_negative,
-               "cells negative in every channel, kept; readers take them for unmeasured");
+  remark_count(report, "unmeasured_cells", losses.unmeasured,
+               "cells above the horizon unmeasured by the source, marked -1");
+  remark_count(report, "non_finite_cells", losses.non_finite, "cells with a value that is not finite, marked -1");
+  remark_negatives(losses, negatives, report);
+  if (losses.beyond_theta_max > 0) {
+    remark_count(
+        report, "cells_beyond_theta_max", losses.beyond_theta_max,
+        fmt::format("of {} cells above the horizon ({:.3g} %) have a direction beyond theta_max = {:g} degrees, "
+                    "how far the source is measured: {}",
+                    losses.above_horizon,
+                    100 * static_cast<double>(losses.beyond_theta_max) / static_cast<double>(losses.above_horizon),
+                    losses.theta_max_deg, losses.beyond));
+  }
   if (losses.anisotropic_source_cut) {
     report.remarks.push_back(
         {"anisotropic_source_cut", 1, "the source is anisotropic; the table holds phi_h = 0 only"});
@@ -175,12 +222,14 @@ constexpr std::array kOptions = {
                .fallback = "90,90,180, or that of a MERL IN",
                .check = check_shape,
                .meaning = "Cells along theta_h, theta_d and phi_d, each 1 to 4096"},
+    negatives_option(OptionUse::kBoth),
+    non_finite_option(OptionUse::kBoth),
 };
 
 }  // namespace
 
 Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shape, ByteSink& sink,
-                                 const Progress& progress) {
+                                 const Progress& progress, const ValuePolicy& policy) {
   if (!is_sane_merl_shape(shape) || merl_cell_count(shape) > kMerlMaxResampledCells) {
     return usage_error(
         fmt::format("a MERL table has 1 to {} cells along each axis and here at most {} in all, not {} x {} x {}",
@@ -189,7 +238,7 @@ Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shap
   if (source.channel_count() != kMerlChannelCount && source.channel_count() != 1) {
     return unsupported(fmt::format("a MERL table holds 3 channels, the source has {}", source.channel_count()));
   }
-  return Resampler(source, shape).run(sink, progress);
+  return Resampler(source, shape, policy).run(sink, progress);
 }
 
 Result<MerlShape> parse_merl_shape_option(std::string_view text) {
@@ -211,9 +260,14 @@ std::span<const OptionSpec> merl_options() { return kOptions; }
 
 Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) {
+  const ValuePolicy policy = policy_of(options, NonFinite::kRefuse);
   MerlShape shape = kMerlShape;
   const auto wanted = options.text("merl-shape");
-  if (wanted) shape = parse_merl_shape_option(*wanted).value();
+  if (wanted) {
+    shape = parse_merl_shape_option(*wanted).value();
+  } else if (source.traits().format == "merl") {  // one that is not what its file says
+    std::copy_n(source.traits().shape.begin(), shape.size(), shape.begin());
+  }
   if (const std::shared_ptr<const ByteSource> stored = source.stored("merl")) {
     const Result<std::vector<std::byte>> head = read_start(*stored, kMerlHeaderSize);
     const Result<MerlShape> own = head ? parse_merl_shape(*head, stored->size()) : head.error();
@@ -225,10 +279,10 @@ Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& option
   }
   const SymmetrisedSource symmetrised(source);
   const bool reciprocal = source.traits().reciprocal;
-  const Result<MerlReport> losses = resample_merl(reciprocal ? source : symmetrised, shape, sink, progress);
+  const Result<MerlReport> losses = resample_merl(reciprocal ? source : symmetrised, shape, sink, progress, policy);
   if (!losses) return losses.error();
   if (!reciprocal) remark_reciprocity(report, reciprocity_difference_percent(source));
-  remark_losses(*losses, report);
+  remark_losses(*losses, policy.negatives, report);
   return ok_status();
 }
 

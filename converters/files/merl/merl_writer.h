@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "converters/files/format.h"
+#include "converters/files/value_policy.h"
 #include "formats/merl/merl.h"
 
 namespace sbrdf::internal {
@@ -12,11 +14,17 @@ namespace sbrdf::internal {
 struct MerlReport {
   std::uint64_t cells = 0;
   std::uint64_t below_horizon = 0;      ///< the centre lies below the horizon: -1 in every channel, on disk
-  std::uint64_t some_negative = 0;      ///< above the horizon, one or two channels negative: kept
-  std::uint64_t all_negative = 0;       ///< above the horizon, all negative: kept, but readers take them for marks
+  std::uint64_t above_horizon = 0;      ///< the others
+  std::uint64_t unmeasured = 0;         ///< above the horizon, not measured by the source: -1 in every channel
+  std::uint64_t non_finite = 0;         ///< above the horizon, NaN or infinite: the same, where the policy says so
+  std::uint64_t some_negative = 0;      ///< above the horizon, one or two channels negative: as the policy says
+  std::uint64_t all_negative = 0;       ///< above the horizon, all negative: if kept, readers take them for marks
+  std::uint64_t beyond_theta_max = 0;   ///< above the horizon, a direction beyond the source's theta_max
   bool anisotropic_source_cut = false;  ///< the source varies with phi_h; the table holds phi_h = 0 only
   bool source_not_reciprocal = false;   ///< the table holds only one of f(i,v) and f(v,i)
   bool channel_repeated = false;        ///< the only channel of the source stands in R, G and B
+  double theta_max_deg = 90;            ///< of the source
+  std::string beyond;                   ///< what it gives there, see SourceTraits
 };
 
 /// Largest number of cells that resample_merl makes (6 GiB of values).
@@ -27,18 +35,20 @@ inline constexpr std::uint64_t kMerlMaxResampledCells = std::uint64_t{1} << 28;
 /// is not reciprocal the table holds f(i,v) with the light at phi_d in [0, pi), so give it one that was symmetrised
 /// before.
 ///
-/// Writes nothing that MerlSource would refuse: kInvalidFile where the source gives a NaN, an infinity or a value above
-/// kMerlLargest, and where none of its values is positive. kUsage for a shape outside [1, kMerlMaxCount] or above
-/// kMerlMaxResampledCells; kUnsupported for a source with other than three channels (taken as R, G, B) or one
-/// (repeated); interrupted_error() where `progress` asked to stop.
+/// Cells that the source did not measure are marks. Writes nothing that MerlSource would refuse: kInvalidFile where the
+/// source gives a NaN, an infinity or a value above kMerlLargest, unless `policy` makes marks of these, and where none
+/// of its values is positive. kUsage for a shape outside [1, kMerlMaxCount] or above kMerlMaxResampledCells;
+/// kUnsupported for a source with other than three channels (taken as R, G, B) or one (repeated); interrupted_error()
+/// where `progress` asked to stop.
 Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shape, ByteSink& sink,
-                                 const Progress& progress = {});
+                                 const Progress& progress = {}, const ValuePolicy& policy = {});
 
 /// Three counts such as "90,90,180"; kUsage otherwise.
 [[nodiscard]] Result<MerlShape> parse_merl_shape_option(std::string_view text);
 
 /// Writes a MERL file: the row of the format table. A MERL source is copied byte for byte unless another shape is asked
-/// for; others are resampled, after they were made reciprocal. Option: merl-shape.
+/// for or reading changed its values; others are resampled, after they were made reciprocal. Options: merl-shape;
+/// negatives; non-finite, of which the default is refuse.
 [[nodiscard]] Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                                const Progress& progress);
 [[nodiscard]] std::span<const OptionSpec> merl_options();

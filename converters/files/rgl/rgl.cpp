@@ -1,6 +1,7 @@
 #include "converters/files/rgl/rgl.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
@@ -22,6 +23,8 @@ namespace {
 constexpr std::string_view kFourierMagic = "SCATFUN\x01";
 /// How far the first azimuth of a quarter turn may be from -pi [radians].
 constexpr double kQuarterSlack = 1e-3;
+
+constexpr std::array kOptions = {negatives_option(OptionUse::kRead)};
 
 bool is_fourier_bsdf(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -98,8 +101,9 @@ float finite_float(double value) {
 
 class RglSource final : public BrdfSource {
  public:
-  RglSource(const RglMaterial& material, Coverage coverage)
+  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives)
       : coverage_(coverage),
+        negatives_(negatives),
         jacobian_(material.jacobian),
         phi_i_(material.phi_i),
         theta_i_(material.theta_i),
@@ -111,6 +115,8 @@ class RglSource final : public BrdfSource {
     traits_.description = material.description.empty() ? "RGL material" : material.description;
     traits_.channels = {"R", "G", "B"};
     traits_.isotropic = material.isotropic();
+    traits_.theta_max_deg = traits_.slice_theta_max_deg = kRglThetaMaxDeg;
+    traits_.beyond_theta_max = "extrapolated towards a pole at the horizon";
     add_finding("negative stored rgb values", material.negative_rgb_count, material.rgb.size());
     add_finding("negative stored ndf values", material.negative_ndf_count, material.ndf.size());
   }
@@ -122,6 +128,22 @@ class RglSource final : public BrdfSource {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       evaluate_pair(pairs[i], values.subspan(i * kRglChannelCount).first<kRglChannelCount>());
     }
+  }
+
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
+    std::ranges::fill(flags, std::uint8_t{1});
+    if (negatives_ != Negatives::kUnmeasured) return;
+    std::array<float, kRglChannelCount> values{};
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      evaluate_pair(pairs[k], values);
+      if (*std::ranges::min_element(values) < 0) flags[k] = 0;
+    }
+  }
+  // There is no table of directions; these cells are about as fine as the measurement.
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override {
+    if (negatives_ != Negatives::kUnmeasured) return std::nullopt;
+    return traits_.isotropic ? MaskGrid{MaskFrame::kAngles, {90, 1, 90, 180}}
+                             : MaskGrid{MaskFrame::kAngles, {45, 36, 45, 36}};
   }
 
  private:
@@ -149,9 +171,13 @@ class RglSource final : public BrdfSource {
       scale *= ndf_.at(u_m) / (4 * sigma_.at(u_i));
     }
     for (std::size_t c = 0; c < kRglChannelCount; ++c) values[c] = finite_float(colour[c] * scale);
+    if (negatives_ == Negatives::kClamp) {
+      for (float& value : values) value = std::max(value, 0.0F);
+    }
   }
 
   Coverage coverage_;
+  Negatives negatives_;
   bool jacobian_;
   std::vector<float> phi_i_;
   std::vector<float> theta_i_;
@@ -166,7 +192,7 @@ class RglSource final : public BrdfSource {
 
 bool recognises_rgl(std::span<const std::byte> bytes) { return is_tensor_file(bytes) || is_fourier_bsdf(bytes); }
 
-Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes) {
+Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes, Negatives negatives) {
   if (is_fourier_bsdf(bytes)) {
     return unsupported("a Fourier BSDF (magic SCATFUN), not an RGL tensor file", 0);
   }
@@ -176,12 +202,15 @@ Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes) {
   if (!material) return material.error();
   const Result<Coverage> coverage = coverage_of(*material, *tensors);
   if (!coverage) return coverage.error();
-  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage));
+  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage, negatives));
 }
 
-Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes) {
+Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes, const Options& options) {
   const Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(bytes));
-  return viewed ? load_rgl(*(*viewed)->view()) : viewed.error();
+  const Negatives negatives = policy_of(options, NonFinite::kRefuse).negatives;
+  return viewed ? load_rgl(*(*viewed)->view(), negatives) : viewed.error();
 }
+
+std::span<const OptionSpec> rgl_options() { return kOptions; }
 
 }  // namespace sbrdf::internal

@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "converters/files/value_policy.h"
 #include "converters/source/brdf_source.h"
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
@@ -17,10 +18,15 @@ namespace sbrdf::internal {
 /// Smallest cosine that f_r cos(theta_v) is divided by; reached at 89.99994 degrees.
 inline constexpr double kRglMinCosine = 1e-6;
 
+/// How far values are good for anything: f_r has a pole at the horizon, specs/rgl.md.
+inline constexpr double kRglThetaMaxDeg = 80;
+
 /// Files that load_rgl should be asked about: the bytes begin with the magic of a tensor file, or with that of a
 /// Fourier BSDF, another format that ends in .bsdf and that load_rgl refuses by its name. The first 12 bytes suffice.
 [[nodiscard]] bool recognises_rgl(std::span<const std::byte> bytes);
 
+/// `negatives` says what becomes of values below 0: they stay, become 0, or make the pair of directions unmeasured.
+///
 /// The material as a source with the channels R, G, B; keeps nothing of the bytes. Findings: stored rgb and ndf values
 /// that are negative, where there are any. Fails as parse_tensor_file and parse_rgl_material do; kUnsupported also for
 /// a Fourier BSDF, and for azimuths of incidence that span neither a full, a half nor a quarter turn.
@@ -28,9 +34,12 @@ inline constexpr double kRglMinCosine = 1e-6;
 /// Values near grazing: the file holds f_r cos(theta_v), which does not vanish at theta_v = pi/2, so f_r has a pole
 /// there. cos(theta_v) is held at kRglMinCosine from below, which keeps f_r finite. At theta_i = 0 the azimuth is 0,
 /// whatever is written.
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes);
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes,
+                                                           Negatives negatives = Negatives::kKeep);
 
-/// The same for a file: the row of the format table.
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes);
+/// The same for a file: the row of the format table. Option: negatives.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes,
+                                                           const Options& options = {});
+[[nodiscard]] std::span<const OptionSpec> rgl_options();
 
 }  // namespace sbrdf::internal

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -103,6 +104,13 @@ constexpr std::array kOptions = {
                .meaning = "Degrees between elevations and between azimuths of the slices in the elevation frame; "
                           "paper: by the paper's Table 3 from the number of samples; search: nodes by the error on "
                           "held-back directions; auto: paper if --frame elevation was given, else search"},
+    OptionSpec{.name = "theta-max",
+               .kind = OptionKind::kNumber,
+               .unit = "DEG",
+               .range = {kLeastThetaMaxDeg, 90},
+               .meaning =
+                   "Slices go up to this theta, in degrees, rounded to hundredths; beyond, the value there is held; "
+                   "as far as IN is measured, 80 for a model or a placement by steps"},
     OptionSpec{.name = "refine",
                .kind = OptionKind::kChoice,
                .choices = kRefinementChoices,
@@ -217,6 +225,8 @@ SliceOptions slice_options(const Options& options) {
   if (const auto refine = options.text("refine")) {
     slices.refinement = value_of(kRefinementNames, *refine).value_or(slices.refinement);
   }
+  // In hundredths, as in files.
+  if (const auto theta_max = options.number("theta-max")) slices.theta_max_deg = std::round(100 * *theta_max) / 100;
   slices.minimum_gap_deg = options.number("minimum-gap");
   if (const auto precision = options.text("precision")) {
     slices.encoding.precision = parse_precision(*precision).value_or(slices.encoding.precision);

@@ -1,5 +1,8 @@
 #include "converters/files/sliced/sliced.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -10,6 +13,13 @@
 
 namespace sbrdf::internal {
 namespace {
+
+std::string theta_max_text(double theta_max_deg) {
+  const std::string text = fmt::format("slices go up to theta_max = {:g} degrees", theta_max_deg);
+  if (theta_max_deg >= 90) return text;
+  const double beyond = 100 * std::cos(radians_from_degrees(theta_max_deg));
+  return text + fmt::format("; in the {:.3g} % of the hemisphere beyond, the value is held at theta_max", beyond);
+}
 
 void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
   const SliceReport& report = slicing.report;
@@ -22,6 +32,7 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
     remark_count(told, "samples_not_placed", report.wanted_samples - samples,
                  "samples not placed: every interval is at the smallest gap");
   }
+  remarks.push_back({"theta_max_deg", report.theta_max_deg, theta_max_text(report.theta_max_deg)});
   for (const std::string& reason : report.reasons) remarks.push_back({"choice", 0, reason});
   remarks.push_back({"held_back_mre_percent", report.error.mre_percent,
                      "MRE " + percent_text(report.error.mre_percent) + " on " +
@@ -33,6 +44,8 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
                        "the source is zero on all of these directions: neither error says how good the file is"});
   }
   if (!reciprocal) remark_reciprocity(told, report.reciprocity_difference_percent);
+  remark_count(told, "filled_samples", report.filled_samples,
+               "samples at directions that were not measured: the value of the nearest that was");
   remark_count(told, "zero_values", report.zero_values, "sampled values are exactly zero");
   remark_count(told, "negative_values", report.negative_values, "sampled values are negative, kept");
 }
@@ -58,6 +71,8 @@ SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string
   traits.channels = channels;
   traits.isotropic = frame.symmetries.isotropic;
   traits.reciprocal = true;
+  traits.theta_max_deg = traits.slice_theta_max_deg = frame.theta_max_deg;
+  traits.beyond_theta_max = "the value held at theta_max";
   return traits;
 }
 
@@ -71,6 +86,18 @@ void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<floa
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     evaluator_.evaluate(pairs[k], values.subspan(k * channels, channels));
   }
+}
+
+void SlicedSource::measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const {
+  const auto& mask = decoded_.sliced.mask;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    flags[k] = !mask || !above_horizon(pairs[k]) || mask->is_measured(pairs[k]) ? 1 : 0;
+  }
+}
+
+std::optional<MaskGrid> SlicedSource::mask_grid() const {
+  if (!decoded_.sliced.mask) return std::nullopt;
+  return decoded_.sliced.mask->grid;
 }
 
 Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& options) {

@@ -22,6 +22,8 @@ class SlicedSource final : public BrdfSource {
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
   [[nodiscard]] const DecodedSliced* sliced() const override { return &decoded_; }
 
  private:

@@ -170,7 +170,7 @@ TEST(ChunkOrder, IsMetadataGuideCrossingsThenPieceByPieceKindByKindBlockByBlock)
   for (const Lattice& lattice : lattices()) {
     for (const ChunkLayout& layout : layouts(lattice)) {
       const LatticeBlocks blocks = make_blocks(lattice, layout);
-      const ChunkOrder order(blocks, layout.piece_depths.size());
+      const ChunkOrder order(blocks, layout.piece_depths.size(), false);
       EXPECT_EQ(ChunkOrder::kMetadata, 0U);
       EXPECT_EQ(ChunkOrder::kGuide, 1U);
       std::size_t next = 2;
@@ -196,7 +196,7 @@ TEST(WholeLayout, HasOneBlockOfCrossingsAndOneOfEachKind) {
 }
 
 std::size_t chunk_count(const Lattice& lattice, const ChunkLayout& layout) {
-  return ChunkOrder(make_blocks(lattice, layout), layout.piece_depths.size()).count();
+  return ChunkOrder(make_blocks(lattice, layout), layout.piece_depths.size(), false).count();
 }
 
 TEST(SplitLayout, KeepsAboutAThousandChunksForABigLattice) {

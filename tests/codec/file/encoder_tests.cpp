@@ -136,6 +136,15 @@ std::vector<Example> all_kinds(const ValueOf& value) {
         random_example(elevation_frame_from_nodes(thirds, {0}, {0, 120.25, 180, 239.75}, {.isotropic = true}), domain,
                        2, 0.4, value, 7));
   }
+  // Another theta_max, and a mask of either frame.
+  for (const MaskFrame frame : {MaskFrame::kAngles, MaskFrame::kHalfDifference}) {
+    FrameSpec spec = small_half_difference();
+    spec.theta_max_deg = frame == MaskFrame::kAngles ? 72.25 : 90;
+    examples.push_back(random_example(spec, DomainKind::kLinear, 1, 0.3, value, 11));
+    DirectionMask mask = {{frame, {3, 4, 5, 6}}, {}};
+    for (std::size_t cell = 0; cell < 360; ++cell) mask.unmeasured.push_back(cell * cell % 11 < 4);
+    examples.back().sliced.mask = std::make_shared<const DirectionMask>(std::move(mask));
+  }
   for (const double ratio : {1.0, 1.7}) {
     for (const bool isotropic : {false, true}) {
       examples.push_back(random_example(small_half_difference({.isotropic = isotropic}), DomainKind::kLog,
@@ -179,6 +188,10 @@ void expect_all_but_values(const SlicedBrdf& back, const SlicedBrdf& sliced) {
   EXPECT_EQ(back.sample_counts, sliced.sample_counts);
   EXPECT_EQ(back.positions, sliced.positions);
   EXPECT_EQ(back.metadata, sliced.metadata);
+  ASSERT_EQ(back.mask != nullptr, sliced.mask != nullptr);
+  if (sliced.mask) {
+    EXPECT_EQ(*back.mask, *sliced.mask);
+  }
   EXPECT_TRUE(back.whole_ranges.empty());
   ASSERT_EQ(back.guide.has_value(), sliced.guide.has_value());
   if (sliced.guide) {

@@ -76,6 +76,13 @@ TEST(MemoryNeed, OfMetadataCountsWhatTheyUnpackTo) {
   EXPECT_FALSE(read_with(hostile_file({.frame = few, .metadata = 8'000'000}), {}).ok());
 }
 
+TEST(MemoryNeed, OfAMaskCountsItsRunsAndCells) {
+  const FrameSpec few = elevation_frame(40, 180, {.isotropic = true}).value();
+  const Status read = read_with(hostile_file({.frame = few, .mask = 1}), {});
+  EXPECT_TRUE(read.ok()) << read.error().message;
+  EXPECT_FALSE(read_with(hostile_file({.frame = few, .mask = 3}), {}).ok());
+}
+
 TEST(BundleReader, UnpacksNoHeadBeyondItsLimit) {
   const FrameSpec few = elevation_frame(40, 180, {.isotropic = true}).value();
   const std::vector<std::byte> bundle = hostile_bundle({.frame = few, .behind_index = kMaxIndexSize - 4096});

@@ -200,7 +200,7 @@ TEST(SlicedReader, LoadsTheCellThatEvaluationUsesAtNodesBesideThemAndAtPoles) {
         x[axis] = k % 8 < 2 && axis >= kHorizontal ? 0 : nodes[random() % nodes.size()];
         if (k % 4 == 1) x[axis] = std::nextafter(x[axis], random() % 2 == 0 ? 1e3 : -1e3);
       }
-      const DirectionPair pair = geometry(lattice.spec.id).directions(x);
+      const DirectionPair pair = directions_at(lattice.spec, x);
       const auto partial = reader.load(cells_of(lattice, std::array{pair}));
       ASSERT_TRUE(partial);
       ASSERT_EQ(evaluated(*partial, pair), evaluated(whole, pair)) << example.name << testing::PrintToString(x);

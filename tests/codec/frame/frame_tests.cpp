@@ -79,7 +79,7 @@ TEST(ElevationCoordinates, StayWithinThePaddedLatticeForAzimuthsOfAnyTurn) {
     const Coordinates x = elevation().coordinates(pair);
     ASSERT_TRUE(x[kAxial] >= 0 && x[kAxial] <= 720);
     ASSERT_TRUE(x[kDiagonal] >= 0 && x[kDiagonal] <= 360);
-    ASSERT_LT(measurement_distance(elevation().directions(x), within, {}), 1e-11);
+    ASSERT_LT(measurement_distance(elevation().directions(x, 80), within, {}), 1e-11);
   }
 }
 
@@ -87,12 +87,12 @@ TEST(ElevationCoordinates, LeadBackToTheSameDirections) {
   std::mt19937_64 random(3);
   for (int k = 0; k < 20000; ++k) {
     const DirectionPair pair = random_pair(random);
-    ASSERT_LT(measurement_distance(elevation().directions(elevation().coordinates(pair)), pair, {}), 1e-14);
+    ASSERT_LT(measurement_distance(elevation().directions(elevation().coordinates(pair), 80), pair, {}), 1e-14);
   }
 }
 
 TEST(ElevationDirections, HaveHalfTheSumAndHalfTheDifferenceAsAzimuths) {
-  const DirectionPair pair = elevation().directions({100, 30, 60, 20});
+  const DirectionPair pair = elevation().directions({100, 30, 60, 20}, 80);
   EXPECT_NEAR(pair.i.theta, 20 * kPi / 180, 1e-15);
   EXPECT_NEAR(pair.i.phi, 65 * kPi / 180, 1e-15);
   EXPECT_NEAR(pair.v.theta, 60 * kPi / 180, 1e-15);
@@ -102,10 +102,10 @@ TEST(ElevationDirections, HaveHalfTheSumAndHalfTheDifferenceAsAzimuths) {
 TEST(ElevationDirections, AreTheSameAfterWholeTurnsOfBothCoordinates) {
   for (double s = 0; s < 360; s += 24.5) {
     for (double u = 0; u < 360; u += 31.25) {
-      const DirectionPair pair = elevation().directions({s, u, 60, 20});
-      EXPECT_LT(vector_distance(elevation().directions({s + 360, u + 360, 60, 20}), pair), 1e-14);
-      EXPECT_LT(vector_distance(elevation().directions({s + 720, u, 60, 20}), pair), 1e-14);
-      EXPECT_GT(vector_distance(elevation().directions({s + 360, u, 60, 20}), pair), 0.1);
+      const DirectionPair pair = elevation().directions({s, u, 60, 20}, 80);
+      EXPECT_LT(vector_distance(elevation().directions({s + 360, u + 360, 60, 20}, 80), pair), 1e-14);
+      EXPECT_LT(vector_distance(elevation().directions({s + 720, u, 60, 20}, 80), pair), 1e-14);
+      EXPECT_GT(vector_distance(elevation().directions({s + 360, u, 60, 20}, 80), pair), 0.1);
     }
   }
 }
@@ -127,7 +127,7 @@ TEST(ElevationImages, AreTheSameMeasurementForEveryMaterialOfThatSymmetry) {
         const auto at = [&](const AffineLine& image) {
           Coordinates x;
           for (std::size_t axis = 0; axis < kAxisCount; ++axis) x[axis] = image.offset[axis] + image.slope[axis] * p;
-          return analytic_brdf(elevation().directions(x), symmetries);
+          return analytic_brdf(elevation().directions(x, 80), symmetries);
         };
         for (std::size_t image = 0; image < images.count; ++image) {
           ASSERT_NEAR(at(images.lines[image]) / at(line), 1, 1e-12) << "image " << image << ", moving axis " << moving;
@@ -178,7 +178,7 @@ TEST(HalfDifferenceCoordinates, LeadBackToTheSameDirectionsUpTo80Degrees) {
     pair.v.theta = radians_from_degrees(theta(random));
     const Coordinates x = half_difference().coordinates(pair);
     ASSERT_TRUE(x[kAxial] >= 0 && x[kAxial] < 360 && x[kDiagonal] >= 0 && x[kDiagonal] < 180);
-    ASSERT_LT(measurement_distance(half_difference().directions(x), pair, {}), 1e-13);
+    ASSERT_LT(measurement_distance(half_difference().directions(x, 80), pair, {}), 1e-13);
   }
 }
 
@@ -186,7 +186,7 @@ TEST(HalfDifferenceDirections, StayAboveTheHorizonWhereverTheAnglesLie) {
   for (double theta_h = 0; theta_h <= 90; theta_h += 7.5) {
     for (double theta_d = 0; theta_d <= 90; theta_d += 7.5) {
       for (double phi_d = 0; phi_d < 180; phi_d += 20) {
-        const DirectionPair pair = half_difference().directions({30, phi_d, theta_d, theta_h});
+        const DirectionPair pair = half_difference().directions({30, phi_d, theta_d, theta_h}, 80);
         EXPECT_LE(std::max(pair.i.theta, pair.v.theta), radians_from_degrees(81));
       }
     }
@@ -197,11 +197,26 @@ TEST(HalfDifferenceDirections, RiseSmoothlyPast80Degrees) {
   double last = 0;
   double last_step = 1;
   for (double theta = 70; theta < 90; theta += 0.125) {
-    const double eased = degrees_from_radians(half_difference().directions({0, 90, 0, theta}).i.theta);
+    const double eased = degrees_from_radians(half_difference().directions({0, 90, 0, theta}, 80).i.theta);
     EXPECT_GE(eased, last);
     EXPECT_TRUE(theta < 70.2 || std::abs(eased - last - last_step) < 0.02) << theta;
     last_step = eased - last;
     last = eased;
+  }
+}
+
+// Wherever the frame ends; never below the horizon.
+TEST(HalfDifferenceDirections, EaseFromThetaMaxOnAndEndADegreeBeyond) {
+  for (const double theta_max : {40.0, 80.0, 85.5, 89.0, 90.0}) {
+    const double from = std::min(theta_max, 89.0);
+    const auto eased = [&](double theta_h, double theta_d) {
+      const DirectionPair pair = half_difference().directions({0, 0, theta_d, theta_h}, theta_max);
+      EXPECT_LE(std::max(pair.i.theta, pair.v.theta), kPi / 2);
+      return degrees_from_radians(std::max(pair.i.theta, pair.v.theta));
+    };
+    EXPECT_NEAR(eased(from / 2, from / 2), from, 1e-9);
+    EXPECT_NEAR(eased(from / 2, from / 2 + 1), from + 1 - std::exp(-1), 1e-9);
+    EXPECT_NEAR(eased(90, 90), from + 1, 1e-9);
   }
 }
 
@@ -222,7 +237,7 @@ TEST(HalfDifferenceImages, AreTheSameMeasurementForEveryMaterialOfThatSymmetry) 
         const auto at = [&](const AffineLine& image) {
           Coordinates x;
           for (std::size_t axis = 0; axis < kAxisCount; ++axis) x[axis] = image.offset[axis] + image.slope[axis] * p;
-          return analytic_brdf(half_difference().directions(x), symmetries);
+          return analytic_brdf(half_difference().directions(x, 80), symmetries);
         };
         for (std::size_t image = 0; image < images.count; ++image) {
           ASSERT_NEAR(at(images.lines[image]) / at(line), 1, 1e-12) << "image " << image << ", moving axis " << moving;

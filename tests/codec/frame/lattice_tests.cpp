@@ -70,7 +70,7 @@ Coordinates coordinates_at(const Lattice& lattice, const std::array<std::size_t,
 }
 
 double value_at(const Lattice& lattice, const Coordinates& x) {
-  return analytic_brdf(geometry(lattice.spec.id).directions(x), lattice.spec.symmetries);
+  return analytic_brdf(directions_at(lattice.spec, x), lattice.spec.symmetries);
 }
 
 std::uint64_t crossing_formula(std::uint64_t a, std::uint64_t e) {
@@ -114,7 +114,7 @@ std::size_t count_by_vectors(const Lattice& lattice) {
   std::set<Rounded> seen;
   const Symmetries& symmetries = lattice.spec.symmetries;
   for_each_padded_point(lattice, kAxisCount, [&](const auto& k) {
-    const DirectionPair pair = geometry(lattice.spec.id).directions(coordinates_at(lattice, k));
+    const DirectionPair pair = directions_at(lattice.spec, coordinates_at(lattice, k));
     Rounded least{};
     bool first = true;
     for (int bits = 0; bits < 8; ++bits) {

@@ -111,7 +111,7 @@ std::vector<Degrees> places(const Lattice& lattice) {
       const double share = static_cast<double>(random() % 1000) / 1000;
       x[axis] = random() % 3 == 0 ? share * nodes.back() : nodes[random() % nodes.size()];
     }
-    all.push_back(degrees_of(geometry(lattice.spec.id).directions(x)));
+    all.push_back(degrees_of(directions_at(lattice.spec, x)));
   }
   return all;
 }

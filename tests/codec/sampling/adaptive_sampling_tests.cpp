@@ -104,9 +104,8 @@ TEST(AdaptiveSampling, StoresTheValueThatBelongsToEachPosition) {
     const Lattice lattice = small_lattice(symmetries);
     const SlicedBrdf sliced = sample(lattice, options_for(300), colourful(symmetries), 2);
     ASSERT_TRUE(check_sliced(sliced, lattice));
-    const FrameGeometry& frame = geometry(lattice.spec.id);
     for (std::size_t k = 0; k < sliced.crossing_values.size(); ++k) {
-      const DirectionPair pair = frame.directions(lattice.crossings[k / 2]);
+      const DirectionPair pair = directions_at(lattice.spec, lattice.crossings[k / 2]);
       ASSERT_FLOAT_EQ(sliced.crossing_values[k], static_cast<float>(colourful(symmetries)(pair, k % 2)));
     }
     std::size_t next = 0;
@@ -114,7 +113,7 @@ TEST(AdaptiveSampling, StoresTheValueThatBelongsToEachPosition) {
       for (std::uint32_t k = 0; k < sliced.sample_counts[s]; ++k, ++next) {
         const Slice& slice = lattice.slices[s];
         const double position = place_in_degrees(lattice, slice, sliced.positions[next]);
-        const DirectionPair pair = frame.directions(coordinates_on(slice, position));
+        const DirectionPair pair = directions_at(lattice.spec, coordinates_on(slice, position));
         for (std::size_t c = 0; c < 2; ++c) {
           ASSERT_FLOAT_EQ(sliced.sample_values[2 * next + c], static_cast<float>(colourful(symmetries)(pair, c)));
         }
@@ -142,7 +141,7 @@ class SlowSampler {
     for (const Slice& slice : lattice.slices) {
       SlowSlice samples;
       for (const SliceNode& node : lattice.nodes_of(slice)) {
-        samples[node.position_deg] = measured(geometry(lattice.spec.id).directions(lattice.crossings[node.crossing]));
+        samples[node.position_deg] = measured(directions_at(lattice.spec, lattice.crossings[node.crossing]));
       }
       slices_.push_back(samples);
     }
@@ -228,8 +227,7 @@ class SlowSampler {
     });
     list.resize(std::min(list.size(), count));
     for (const auto& [weight, s, position] : list) {
-      slices_[s][position] =
-          measured(geometry(lattice_.spec.id).directions(coordinates_on(lattice_.slices[s], position)));
+      slices_[s][position] = measured(directions_at(lattice_.spec, coordinates_on(lattice_.slices[s], position)));
     }
   }
 

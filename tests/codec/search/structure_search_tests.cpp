@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -76,6 +79,54 @@ TEST(Moves, KeepToTheDomainThatWasAskedFor) {
   options.domain = start.domain;
   const Moves fixed = moves_from(start, options);
   EXPECT_EQ(std::count_if(fixed.structures.begin(), fixed.structures.end(), changes_domain), 0);
+}
+
+TEST(RegularStarts, EndAtThetaMax) {
+  for (const double theta_max : {5.0, 40.0, 62.25, 80.0, 90.0}) {
+    SearchOptions options;
+    options.theta_max_deg = theta_max;
+    options.sampling.sample_count = 100'000;
+    for (const bool isotropic : {false, true}) {
+      options.symmetries.isotropic = isotropic;
+      for (const Structure& start : regular_starts(options, 1000)) {
+        const FrameSpec spec = expand_outline(start.outline);
+        EXPECT_TRUE(check_frame(spec)) << theta_max;
+        EXPECT_EQ(spec.theta_max_deg, theta_max);
+        EXPECT_EQ(spec.axes[kHorizontal].nodes_deg.back(), theta_max);
+        EXPECT_EQ(spec.axes[kVertical].nodes_deg.back(), theta_max);
+      }
+    }
+  }
+}
+
+// By the share of the draws that were measured; the weights still add up to the whole.
+TEST(HeldBack, LeavesOutWhatWasNotMeasuredAndGoesUpToThetaMax) {
+  const Measure measure = [](auto pairs, auto values) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) values[k] = static_cast<float>(pairs[k].i.theta);
+    return ok_status();
+  };
+  HeldBackDraw draw = {.count = 2000, .theta_max_deg = 60};
+  const HeldBack all = draw_held_back(draw, 1, measure).value();
+  const double limit = radians_from_degrees(60);
+  const auto is_measured = [&](const DirectionPair& pair) { return pair.i.theta < limit / 2; };
+  draw.measured = [&](std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) flags[k] = is_measured(pairs[k]) ? 1 : 0;
+  };
+  const HeldBack some = draw_held_back(draw, 1, measure).value();
+  double greatest = 0;
+  double share = 0;
+  std::vector<float> expected;
+  for (std::size_t k = 0; k < all.pairs.size(); ++k) {
+    greatest = std::max({greatest, all.pairs[k].i.theta, all.pairs[k].v.theta});
+    if (!is_measured(all.pairs[k])) continue;
+    share += all.weights[k];
+    expected.push_back(all.values[k]);
+  }
+  EXPECT_LE(greatest, limit);
+  EXPECT_GT(greatest, 0.98 * limit);
+  EXPECT_EQ(some.values, expected);
+  EXPECT_NEAR(share, 0.5, 0.05);
+  EXPECT_NEAR(std::accumulate(some.weights.begin(), some.weights.end(), 0.0), 1, 1e-12);
 }
 
 TEST(RegularStarts, FitTheBudgetAndAreNoMoreThanAskedFor) {

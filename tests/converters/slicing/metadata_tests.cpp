@@ -107,6 +107,7 @@ std::string full_metadata() {
   options.source_sha256 = "0123";
   options.command = "sbrdf convert a b";
   SliceReport report;
+  report.filled_samples = 2;
   report.error = {std::numeric_limits<double>::infinity(), 2.34567};
   report.error_values_all_zero = true;
   return metadata_of_slicing(traits, options, report);
