@@ -28,8 +28,9 @@ TEST(Convert, CopiesMerlBitForBitWithNegativeCells) {
   const ProgramRun run = run_sbrdf({"convert", folder / "in.binary", folder / "out.binary", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(read_bytes(folder / "in.binary"), read_bytes(folder / "out.binary"));
-  ASSERT_EQ(run.json()["in"]["findings"].size(), 3);  // the mark, that it lies above the horizon, the channel
-  for (const auto& finding : run.json()["in"]["findings"]) EXPECT_EQ(finding["count"], 1);
+  const auto findings = run.json()["in"]["findings"];
+  ASSERT_EQ(findings.size(), 3);  // the mark, that it lies above the horizon, the channel
+  for (const auto& finding : findings) EXPECT_EQ(finding["count"], 1);
 }
 
 TEST(Convert, CopiesAMerlFileOfTheUsualShapeBitForBit) {
