@@ -28,21 +28,29 @@ class RefineBySource final : public Sampler {
   static constexpr std::size_t kMiddle = 1;
   static constexpr std::array<std::size_t, 2> kFresh = {0, 2};  // what a half has to measure
 
+  // What is known of a probe: v there and the weight of an error, both for each channel. Kept, since each round weighs
+  // the gaps of a slice anew.
+  using Rows = std::vector<double>;
+
   Status start() override {
-    std::vector<DirectionPair> pairs;
+    std::vector<Coordinates> places;
     for (std::uint32_t k = 0; k < slices_.size(); ++k) {
       volume_.push_back(volume_served(lattice_.slices[k]));
+      map_.forward(lattice_.slices[k], slices_[k].samples, slices_[k].mapped);
       const std::size_t count = gap_count(lattice_.slices[k], slices_[k].samples);
       for (std::size_t gap = 0; gap < count; ++gap) {
-        for (std::size_t probe = 0; probe < kProbes; ++probe) pairs.push_back(probe_at(k, gap, probe));
+        for (std::size_t probe = 0; probe < kProbes; ++probe) places.push_back(probe_at(k, gap, probe));
       }
     }
-    std::vector<float> values(pairs.size() * channels_);
-    if (Status status = measure_(pairs, values); !status) return status;
+    judged_.resize(slices_.size());
+    std::vector<float> values;
+    Rows judged;
+    if (Status status = look(places, values, judged); !status) return status;
     std::size_t row = 0;
     for (std::uint32_t k = 0; k < slices_.size(); ++k) {
       const std::size_t rows = gap_count(lattice_.slices[k], slices_[k].samples) * kProbes;
-      append_rows(values, row, rows, slices_[k].probes);
+      append_rows<float>(values, channels_, row, rows, slices_[k].probes);
+      append_rows<double>(judged, 2 * channels_, row, rows, judged_[k]);
       row += rows;
       weigh(k);
     }
@@ -58,72 +66,111 @@ class RefineBySource final : public Sampler {
   // The middle probe of a gap is the new sample.
   Status measure_middles(std::span<const Candidate> chosen, std::vector<float>& values) override {
     for (const Candidate& candidate : chosen) {
-      append_rows(slices_[candidate.slice].probes, probe_row(candidate.left, kMiddle), 1, values);
+      append_rows<float>(slices_[candidate.slice].probes, channels_, probe_row(candidate.left, kMiddle), 1, values);
     }
     return ok_status();
   }
 
   Status refresh(std::span<const Candidate> chosen) override {
-    std::vector<DirectionPair> pairs;
+    std::vector<Coordinates> places;
     for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t) {
       for (std::size_t k = 0; k < run.size(); ++k) {
         const std::size_t left = run[k].left + k;  // each half made before moved it up by one
         for (const std::size_t half : {left, left + 1}) {
-          for (const std::size_t probe : kFresh) pairs.push_back(probe_at(run[k].slice, half, probe));
+          for (const std::size_t probe : kFresh) places.push_back(probe_at(run[k].slice, half, probe));
         }
       }
     });
-    std::vector<float> values(pairs.size() * channels_);
-    if (Status status = measure_(pairs, values); !status) return status;
+    std::vector<float> values;
+    Rows judged;
+    if (Status status = look(places, values, judged); !status) return status;
     for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t first) {
-      split_probes(run, values, first * 2 * kFresh.size());
-      weigh(run.front().slice);
+      const std::uint32_t k = run.front().slice;
+      const std::size_t row = first * 2 * kFresh.size();
+      add_middles(run);
+      split_probes<float>(run, values, channels_, row, slices_[k].probes);
+      split_probes<double>(run, judged, 2 * channels_, row, judged_[k]);
+      weigh(k);
     });
     return ok_status();
   }
 
-  // Rows of a table with one value per channel.
-  void append_rows(std::span<const float> from, std::size_t row, std::size_t count, std::vector<float>& to) const {
-    const auto rows = from.subspan(row * channels_, count * channels_);
+  // The source at some places, and what is kept of it.
+  Status look(std::span<const Coordinates> places, std::vector<float>& values, Rows& judged) {
+    std::vector<DirectionPair> pairs(places.size());
+    for (std::size_t k = 0; k < places.size(); ++k) pairs[k] = directions_at(lattice_.spec, places[k]);
+    values.resize(pairs.size() * channels_);
+    if (Status status = measure_(pairs, values); !status) return status;
+    judged.resize(2 * values.size());
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const auto f = std::span<const float>(values).subspan(k * channels_, channels_);
+      const auto row = std::span(judged).subspan(2 * k * channels_, 2 * channels_);
+      map_.forward(places[k], f, row.first(channels_));
+      for (std::size_t c = 0; c < channels_; ++c) row[channels_ + c] = value_weight(c, f[c]);
+    }
+    return ok_status();
+  }
+
+  // Rows of a table with `width` values each.
+  template <class T>
+  static void append_rows(std::span<const T> from, std::size_t width, std::size_t row, std::size_t count,
+                          std::vector<T>& to) {
+    const auto rows = from.subspan(row * width, count * width);
     to.insert(to.end(), rows.begin(), rows.end());
   }
 
   /// Of Working::probes.
   [[nodiscard]] static std::size_t probe_row(std::size_t gap, std::size_t probe) { return gap * kProbes + probe; }
 
+  // What the new samples of a slice hold is known from the middle probes that they were.
+  void add_middles(std::span<const Candidate> chosen) {
+    Working& working = slices_[chosen.front().slice];
+    const Rows& judged = judged_[chosen.front().slice];
+    Rows next;
+    next.reserve(working.mapped.size() + chosen.size() * channels_);
+    std::size_t sample = 0;
+    for (const Candidate& candidate : chosen) {
+      append_rows<double>(working.mapped, channels_, sample, candidate.left + 1 - sample, next);
+      append_rows<double>(judged, channels_, 2 * probe_row(candidate.left, kMiddle), 1, next);
+      sample = candidate.left + 1;
+    }
+    append_rows<double>(working.mapped, channels_, sample, working.mapped.size() / channels_ - sample, next);
+    working.mapped = std::move(next);
+  }
+
   // Makes two gaps of each chosen one of a slice. `fresh` has, from `row` on, two probes for each half.
-  void split_probes(std::span<const Candidate> chosen, std::span<const float> fresh, std::size_t row) {
-    std::vector<float>& probes = slices_[chosen.front().slice].probes;
-    std::vector<float> next;
-    next.reserve(probes.size() + chosen.size() * kProbes * channels_);
+  template <class T>
+  static void split_probes(std::span<const Candidate> chosen, std::span<const T> fresh, std::size_t width,
+                           std::size_t row, std::vector<T>& probes) {
+    std::vector<T> next;
+    next.reserve(probes.size() + chosen.size() * kProbes * width);
     std::size_t gap = 0;
     for (const Candidate& candidate : chosen) {
-      append_rows(probes, probe_row(gap, 0), (candidate.left - gap) * kProbes, next);
+      append_rows<T>(probes, width, probe_row(gap, 0), (candidate.left - gap) * kProbes, next);
       for (const std::size_t old_probe : kFresh) {
-        append_rows(fresh, row++, 1, next);
-        append_rows(probes, probe_row(candidate.left, old_probe), 1, next);
-        append_rows(fresh, row++, 1, next);
+        append_rows<T>(fresh, width, row++, 1, next);
+        append_rows<T>(probes, width, probe_row(candidate.left, old_probe), 1, next);
+        append_rows<T>(fresh, width, row++, 1, next);
       }
       gap = candidate.left + 1;
     }
-    append_rows(probes, probe_row(gap, 0), probes.size() / channels_ - probe_row(gap, 0), next);
+    append_rows<T>(probes, width, probe_row(gap, 0), probes.size() / width - probe_row(gap, 0), next);
     probes = std::move(next);
   }
 
   [[nodiscard]] static double probe_fraction(std::size_t probe) { return static_cast<double>(probe + 1) / 4; }
 
-  [[nodiscard]] DirectionPair probe_at(std::uint32_t k, std::size_t left, std::size_t probe) const {
+  [[nodiscard]] Coordinates probe_at(std::uint32_t k, std::size_t left, std::size_t probe) const {
     const Slice& slice = lattice_.slices[k];
     const SliceSamples& samples = slices_[k].samples;
     const double width = gap_after(lattice_, slice, samples, left).width_deg;
     const double position = samples.positions_deg[left] + probe_fraction(probe) * width;
-    return directions_at(lattice_.spec, coordinates_on(slice, position));
+    return coordinates_on(slice, position);
   }
 
   void weigh(std::uint32_t k) {
     Working& working = slices_[k];
     const Slice& slice = lattice_.slices[k];
-    map_.forward(slice, working.samples, working.mapped);
     second_.resize(working.mapped.size());
     for (std::size_t c = 0; c < channels_; ++c) {
       solver_.solve(slice.boundary, slice.length_deg, working.samples.positions_deg, working.mapped.data() + c,
@@ -134,24 +181,22 @@ class RefineBySource final : public Sampler {
     for (std::size_t left = 0; left < working.weights.size(); ++left) {
       const Gap gap = gap_after(lattice_, slice, working.samples, left);
       if (!may_split(slice, gap)) continue;
-      const double error = error_in_gap(slice, working, left, left + 1 < n ? left + 1 : 0, gap.width_deg);
-      working.weights[left] = error * gap.width_deg * volume_[k];
+      working.weights[left] =
+          error_in_gap(k, left, left + 1 < n ? left + 1 : 0, gap.width_deg) * gap.width_deg * volume_[k];
     }
   }
 
-  [[nodiscard]] double error_in_gap(const Slice& slice, const Working& working, std::size_t left, std::size_t right,
-                                    double width) {
+  [[nodiscard]] double error_in_gap(std::uint32_t k, std::size_t left, std::size_t right, double width) const {
+    const std::vector<double>& mapped = slices_[k].mapped;
     double sum = 0;
-    residual_.resize(channels_);
     for (std::size_t p = 0; p < kProbes; ++p) {
       const double t = probe_fraction(p);
-      const auto probe = std::span(working.probes).subspan(probe_row(left, p) * channels_, channels_);
-      map_.forward(coordinates_on(slice, working.samples.positions_deg[left] + t * width), probe, residual_);
+      const double* judged = judged_[k].data() + probe_row(left, p) * 2 * channels_;
       for (std::size_t c = 0; c < channels_; ++c) {
-        const double spline = evaluate_segment(t, width * width / 6, working.mapped[left * channels_ + c],
-                                               working.mapped[right * channels_ + c], second_[left * channels_ + c],
-                                               second_[right * channels_ + c]);
-        sum += std::abs(spline - residual_[c]) * value_weight(c, probe[c]);
+        const double spline =
+            evaluate_segment(t, width * width / 6, mapped[left * channels_ + c], mapped[right * channels_ + c],
+                             second_[left * channels_ + c], second_[right * channels_ + c]);
+        sum += std::abs(spline - judged[c]) * judged[channels_ + c];
       }
     }
     return sum;
@@ -161,7 +206,17 @@ class RefineBySource final : public Sampler {
   [[nodiscard]] double value_weight(std::size_t c, float f) const {
     const bool log = sliced_.domain.kind == DomainKind::kLog;
     const double least = log ? sliced_.domain.floor[c] : 1e-9;
-    return std::pow(std::max<double>(std::abs(f), least), options_.value_exponent - (log ? 0 : 1));
+    return power(std::max<double>(std::abs(f), least), options_.value_exponent - (log ? 0 : 1));
+  }
+
+  // Searches take one of five exponents; std::pow takes longer than all the rest of a probe.
+  [[nodiscard]] static double power(double f, double exponent) {
+    if (exponent == 0) return 1;
+    if (exponent == 0.5) return std::sqrt(f);
+    if (exponent == -0.5) return 1 / std::sqrt(f);
+    if (exponent == 1) return f;
+    if (exponent == -1) return 1 / f;
+    return std::pow(f, exponent);
   }
 
   // Half the neighbouring cells on each other axis, times how dense directions lie there.
@@ -176,8 +231,8 @@ class RefineBySource final : public Sampler {
   }
 
   std::vector<double> volume_;
+  std::vector<Rows> judged_;  ///< per slice: a row for each probe, of v and of weights
   std::vector<double> second_;
-  std::vector<double> residual_;
   SplineSolver<double> solver_;
 };
 
