@@ -10,6 +10,7 @@
 
 #include "codec/search/moves.h"
 #include "codec/search/starts.h"
+#include "codec/search/value_cache.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
@@ -190,6 +191,8 @@ Result<SearchResult> search_structure(const std::vector<std::string>& channels, 
   const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
   double done = 0;
   bool stopped = false;
+  ValueCache cache(measure, channels.size());
+  const Measure cached = [&](auto pairs, auto values) { return cache.measure(pairs, values); };
   std::optional<SearchResult> fewer;
   for (;; counts.pop_back()) {
     const double share = static_cast<double>(counts.back()) / total;
@@ -199,7 +202,7 @@ Result<SearchResult> search_structure(const std::vector<std::string>& channels, 
       stopped = stopped || (options.progress && !options.progress(done + share * fraction));
       return !stopped;
     };
-    Result<SearchResult> found = Search(channels, measure, held_back, step).run(fewer);
+    Result<SearchResult> found = Search(channels, cached, held_back, step).run(fewer);
     if (stopped || counts.size() == 1) return found;
     if (found) fewer = std::move(found).value();
     done += share;
