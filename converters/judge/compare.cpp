@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
-#include <random>
+#include <mutex>
 
 #include "converters/source/reciprocity.h"
 #include "formats/core/parallel.h"
@@ -12,29 +10,27 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::uint64_t kBlock = 4096;  // pairs that one task evaluates
+// Blocks whose sums are held at a time, to be added up in their order. So little, that the memory is nothing, and the
+// search for false values ends soon after enough were found.
+constexpr std::uint64_t kWave = 64;
 constexpr double kMinStep = 0.1;
-constexpr std::uint64_t kMostPairs = 1ULL << 36U;  // a day's work, and the largest table of partial sums that is sane
-
-// Each block has its own generator, so that the pairs do not depend on which thread draws them.
-void fill_block(const DirectionGrid& grid, const CompareOptions& options, std::uint64_t block,
-                std::span<DirectionPair> pairs) {
-  if (options.random_count == 0) {
-    for (std::uint64_t k = 0; k < pairs.size(); ++k) pairs[k] = grid[block * kBlock + k];
-    return;
-  }
-  std::seed_seq seeds{options.seed & 0xFFFFFFFFU, options.seed >> 32U, block};
-  std::mt19937_64 random(seeds);
-  // Not uniform_int_distribution, which differs between standard libraries. The bias is below 2^-30.
-  for (DirectionPair& pair : pairs) pair = grid[random() % grid.size()];
-}
+constexpr std::uint64_t kMostPairs = 1ULL << 36U;     // a day's work
+constexpr std::uint64_t kEnoughFalseValues = 10'000;  // by the strict count, after which no further wave is looked at
+constexpr std::uint64_t kEnoughInBlock = 1'000;
+constexpr double kMeanShare = 0.3;  // of the work, where the floor takes a pass over the reference
 
 Status check(const BrdfSource& reference, const BrdfSource& test, const CompareOptions& options) {
   const auto usage = [](const char* what) { return usage_error(what); };
   if (!(options.step_deg >= kMinStep && options.step_deg <= 90)) return usage("the step must be in [0.1, 90] degrees");
   if (!(options.theta_max_deg >= 0 && options.theta_max_deg <= 90))
     return usage("theta-max must be in [0, 90] degrees");
-  if (!(options.floor >= 0 && std::isfinite(options.floor))) return usage("the floor must be finite and not negative");
+  if (options.directions != CompareDirections::kGrid) {
+    if (options.theta_max_deg == 0) return usage("random directions need a theta-max above 0 degrees");
+    if (options.random_count == 0) return usage("the number of random directions must not be 0");
+  }
+  if (options.floor && !(*options.floor >= 0 && std::isfinite(*options.floor))) {
+    return usage("the floor must be finite and not negative");
+  }
   if (reference.channel_count() != test.channel_count()) {
     return unsupported("the reference has " + std::to_string(reference.channel_count()) + " channels, the test " +
                        std::to_string(test.channel_count()));
@@ -42,70 +38,115 @@ Status check(const BrdfSource& reference, const BrdfSource& test, const CompareO
   return ok_status();
 }
 
+class Comparer {
+ public:
+  Comparer(const BrdfSource& reference, const BrdfSource& test, const ComparedPairs& pairs)
+      : reference_(reference), test_(test), pairs_(pairs), channels_(reference.channel_count()) {}
+
+  /// A hundredth of the mean |f|.
+  Result<double> floor_of_draw(const Progress& progress) const {
+    struct Mean {
+      double sum = 0;
+      double weight = 0;
+    };
+    Mean all;
+    const bool done = in_waves<Mean>(
+        progress, {},
+        [&](std::uint64_t block, Mean& mean) {
+          const std::vector<WeightedPair> pairs = pairs_.block(block);
+          const std::vector<float> f = evaluate(reference_, pairs);
+          for (std::size_t k = 0; k < f.size(); ++k) {
+            const double weight = pairs[k / channels_].weight;
+            mean.sum += weight * std::abs(static_cast<double>(f[k]));
+            mean.weight += weight;
+          }
+        },
+        [&](const Mean& mean) {
+          all.sum += mean.sum;
+          all.weight += mean.weight;
+        });
+    if (!done) return interrupted_error();
+    return 0.01 * all.sum / all.weight;
+  }
+
+  Result<Comparison> compare(double floor, const Progress& progress) const {
+    struct Block {
+      ChannelErrors errors;
+      FalseValues false_values;
+    };
+    ChannelErrors errors(channels_, floor);
+    FalseValues false_values;
+    std::vector<LogHistogram> relative(channels_);
+    std::mutex mutex;  // of `relative`, to which the order of adding makes no difference
+    const bool done = in_waves<Block>(
+        progress, {ChannelErrors(channels_, floor), {}},
+        [&](std::uint64_t block, Block& own) {
+          std::vector<LogHistogram> own_relative(channels_);
+          own.false_values.complete = false_values.strict_count() < kEnoughFalseValues;
+          compare_block(block, own.errors, own_relative, own.false_values);
+          const std::scoped_lock lock(mutex);
+          for (std::size_t c = 0; c < channels_; ++c) relative[c].add(own_relative[c]);
+        },
+        [&](const Block& block) {
+          errors.add(block.errors);
+          false_values.add(block.false_values);
+        });
+    if (!done) return interrupted_error();
+    Comparison result{errors.all(relative), errors.channels(relative), false_values, floor,
+                      pairs_.size(),        pairs_.stands_for()};
+    return result;
+  }
+
+ private:
+  // Calls `work` for all blocks, some at a time, and hands what each has made to `take` in the order of the blocks.
+  // False where it was stopped.
+  template <class Own, class Work, class Take>
+  bool in_waves(const Progress& progress, const Own& empty, const Work& work, const Take& take) const {
+    const std::uint64_t blocks = pairs_.block_count();
+    ProgressCounter counter(progress, blocks);
+    for (std::uint64_t first = 0; first < blocks && !counter.stopped(); first += kWave) {
+      std::vector<Own> own(std::min(kWave, blocks - first), empty);
+      parallel_for(own.size(), [&](std::uint64_t k) {
+        if (counter.stopped()) return;
+        work(first + k, own[k]);
+        counter.advance();
+      });
+      std::for_each(own.begin(), own.end(), take);
+    }
+    return !counter.stopped();
+  }
+
+  std::vector<float> evaluate(const BrdfSource& source, std::span<const WeightedPair> weighted) const {
+    std::vector<DirectionPair> pairs;
+    pairs.reserve(weighted.size());
+    for (const WeightedPair& at : weighted) pairs.push_back(at.pair);
+    std::vector<float> values(pairs.size() * channels_);
+    source.evaluate(pairs, values);
+    return values;
+  }
+
+  void compare_block(std::uint64_t block, ChannelErrors& errors, std::span<LogHistogram> relative,
+                     FalseValues& false_values) const {
+    const std::vector<WeightedPair> pairs = pairs_.block(block);
+    const std::vector<float> f = evaluate(reference_, pairs);
+    const std::vector<float> r = evaluate(test_, pairs);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto of_pair = [&](const std::vector<float>& values) {
+        return std::span(values).subspan(k * channels_, channels_);
+      };
+      errors.add(pairs[k], of_pair(f), of_pair(r), relative);
+      if (false_values.strict_count() >= kEnoughInBlock) false_values.complete = false;
+      if (false_values.complete) find_false_values(reference_, pairs[k].pair, of_pair(f), of_pair(r), false_values);
+    }
+  }
+
+  const BrdfSource& reference_;
+  const BrdfSource& test_;
+  const ComparedPairs& pairs_;
+  std::size_t channels_;
+};
+
 }  // namespace
-
-void ErrorSums::add(double f, double r, double floor) {
-  const double d = std::abs(f - r);
-  const double denominator = std::max(std::abs(f), floor);
-  if (denominator != 0) {  // a NaN is let through, here and below, so that it shows
-    relative_ += d / denominator;
-    ++relative_count_;
-  }
-  difference_ += d;
-  reference_ += std::abs(f);
-  squares_ += d * d;
-  if (d > max_difference_ || std::isnan(d)) max_difference_ = d;
-  max_reference_ = std::max(max_reference_, std::abs(f));
-  ++count_;
-}
-
-void ErrorSums::add(const ErrorSums& other) {
-  relative_ += other.relative_;
-  difference_ += other.difference_;
-  reference_ += other.reference_;
-  squares_ += other.squares_;
-  if (other.max_difference_ > max_difference_ || std::isnan(other.max_difference_)) {
-    max_difference_ = other.max_difference_;
-  }
-  max_reference_ = std::max(max_reference_, other.max_reference_);
-  relative_count_ += other.relative_count_;
-  count_ += other.count_;
-}
-
-Comparison ErrorSums::summary() const {
-  Comparison result;
-  const auto count = static_cast<double>(count_);
-  result.mre_percent = relative_count_ > 0 ? 100 * relative_ / static_cast<double>(relative_count_)
-                                           : std::numeric_limits<double>::quiet_NaN();
-  result.rel_l1_percent = difference_ == 0 ? 0 : 100 * difference_ / reference_;
-  result.rmse = std::sqrt(squares_ / count);
-  result.max_abs = max_difference_;
-  result.psnr_db =
-      result.rmse == 0 ? std::numeric_limits<double>::infinity() : 20 * std::log10(max_reference_ / result.rmse);
-  result.mre_values = relative_count_;
-  result.mre_left_out = count_ - relative_count_;
-  return result;
-}
-
-DirectionGrid::DirectionGrid(double step_deg, double theta_max_deg, bool isotropic) {
-  const auto thetas = static_cast<std::uint64_t>(std::floor(theta_max_deg / step_deg + 1e-9)) + 1;
-  const auto phis = static_cast<std::uint64_t>(std::floor(360 / step_deg - 1e-9)) + 1;
-  for (std::uint64_t k = 0; k < thetas; ++k) {
-    thetas_.push_back(direction_from_degrees(static_cast<double>(k) * step_deg, 0).theta);
-  }
-  for (std::uint64_t k = 0; k < phis; ++k) {
-    phis_.push_back(direction_from_degrees(0, static_cast<double>(k) * step_deg).phi);
-  }
-  phi_v_count_ = isotropic ? 1 : phis;
-}
-
-DirectionPair DirectionGrid::operator[](std::uint64_t k) const {
-  const std::uint64_t phi_v = k % phi_v_count_;
-  k /= phi_v_count_;
-  const std::uint64_t phi_i = k % phis_.size();
-  k /= phis_.size();
-  return at(k / thetas_.size(), phi_i, k % thetas_.size(), phi_v);
-}
 
 Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource& test, const CompareOptions& options,
                                    const Progress& progress) {
@@ -113,35 +154,17 @@ Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource
   std::optional<SymmetrisedSource> symmetrised;
   if (options.symmetrise) symmetrised.emplace(reference);
   const BrdfSource& judge = symmetrised ? static_cast<const BrdfSource&>(*symmetrised) : reference;
-  // Only where whole steps make a turn does every phi_v see the same azimuth differences.
-  const bool closed = std::abs(360 / options.step_deg - std::round(360 / options.step_deg)) < 1e-9;
-  const DirectionGrid grid(options.step_deg, options.theta_max_deg,
-                           closed && reference.traits().isotropic && test.traits().isotropic);
-  const std::uint64_t total = options.random_count > 0 ? options.random_count : grid.size();
-  if (total > kMostPairs) {
-    return usage_error(std::to_string(total) + " direction pairs are too many; take a larger step");
+  const ComparedPairs pairs(options, reference.traits().isotropic && test.traits().isotropic);
+  if (pairs.size() > kMostPairs) {
+    return usage_error(std::to_string(pairs.size()) + " direction pairs are too many; take a larger step");
   }
-  const std::uint64_t blocks = (total + kBlock - 1) / kBlock;
-  std::vector<ErrorSums> sums(blocks);
-  ProgressCounter counter(progress, blocks);
-  parallel_for(blocks, [&](std::uint64_t block) {
-    if (counter.stopped()) return;
-    std::vector<DirectionPair> pairs(std::min(kBlock, total - block * kBlock));
-    fill_block(grid, options, block, pairs);
-    std::vector<float> f(pairs.size() * judge.channel_count());
-    std::vector<float> r(f.size());
-    judge.evaluate(pairs, f);
-    test.evaluate(pairs, r);
-    for (std::size_t k = 0; k < f.size(); ++k) sums[block].add(f[k], r[k], options.floor);
-    counter.advance();
-  });
-  if (counter.stopped()) return interrupted_error();
-  ErrorSums all;
-  for (const ErrorSums& block : sums) all.add(block);
-  Comparison result = all.summary();
-  result.directions = total;
-  result.grid_directions = options.random_count > 0 ? total : grid.whole_size();
-  return result;
+  const Comparer comparer(judge, test, pairs);
+  if (options.floor) return comparer.compare(*options.floor, progress);
+  if (options.directions == CompareDirections::kGrid) return comparer.compare(0, progress);
+  StepwiseProgress steps(progress);
+  const Result<double> floor = comparer.floor_of_draw(steps.step(kMeanShare));
+  if (!floor) return floor.error();
+  return comparer.compare(*floor, steps.step(1));
 }
 
 }  // namespace sbrdf::internal

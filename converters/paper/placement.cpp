@@ -80,9 +80,11 @@ class PlacementGrid {
     ErrorSums sums;
     for (std::size_t k = 0; k < grid.pairs.size(); ++k) {
       evaluator.evaluate(grid.pairs[k], values);
-      for (std::size_t c = 0; c < values.size(); ++c) sums.add(grid.values[k * values.size() + c], values[c], 0);
+      for (std::size_t c = 0; c < values.size(); ++c) {
+        sums.add({grid.pairs[k], c, grid.values[k * values.size() + c], values[c]});
+      }
     }
-    return sums.summary().mre_percent;
+    return sums.figures().mre_percent;
   }
 
   // Equation 1: the least sum over the materials of the error against each material's own best.

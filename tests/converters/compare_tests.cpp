@@ -120,8 +120,38 @@ TEST(Compare, TakesTheFullGridWhereOnlyOneSourceIsIsotropic) {
   EXPECT_NEAR(compare(flat, lined, coarse()).mre_percent, 100 / 36.0, 1e-12);
 }
 
-std::array<double, 5> figures(const Comparison& found) {
-  return {found.mre_percent, found.rel_l1_percent, found.rmse, found.max_abs, found.psnr_db};
+CompareOptions drawn(CompareDirections directions, std::uint64_t count) {
+  CompareOptions options;
+  options.directions = directions;
+  options.random_count = count;
+  return options;
+}
+
+std::vector<double> figures(const ErrorFigures& found) {
+  return {found.mre_percent,
+          found.rel_l1_percent,
+          found.cosine_rel_l1_percent,
+          found.rmse,
+          found.max_abs,
+          found.max_abs_at.pair.v.phi,
+          found.max_relative_percent,
+          found.max_relative_at.pair.i.phi,
+          found.relative_p99_percent,
+          found.relative_p999_percent,
+          found.psnr_db};
+}
+
+std::vector<double> figures(const Comparison& found) {
+  std::vector<double> all = figures(static_cast<const ErrorFigures&>(found));
+  for (const ErrorFigures& channel : found.channels) {
+    for (const double figure : figures(channel)) all.push_back(figure);
+  }
+  const FalseValues& spikes = found.false_values;
+  for (const std::uint64_t count : {spikes.count, spikes.too_large, spikes.too_small}) {
+    all.push_back(static_cast<double>(count));
+  }
+  all.insert(all.end(), {spikes.worst_factor, spikes.worst.pair.i.phi, spikes.strict_worst, found.floor});
+  return all;
 }
 
 TEST(Compare, GivesTheSameBitsOnAnyNumberOfThreads) {
@@ -129,10 +159,12 @@ TEST(Compare, GivesTheSameBitsOnAnyNumberOfThreads) {
   const FunctionSource r([](const auto& pair, std::size_t c) {
     return analytic_brdf(pair, {.mirror_x = true}) + 0.1 * static_cast<double>(c);
   });
-  for (const std::uint64_t random_count : {0ULL, 30000ULL}) {
-    CompareOptions options = coarse();
-    options.random_count = random_count;
-    std::vector<std::array<double, 5>> found;
+  // More blocks than are added up at a time, and the last of them not full.
+  CompareOptions some_of_grid = coarse();
+  some_of_grid.random_count = 30'000;
+  for (const CompareOptions& options : {coarse(), some_of_grid, drawn(CompareDirections::kRandom, 300'000),
+                                        drawn(CompareDirections::kHighlight, 30'001)}) {
+    std::vector<std::vector<double>> found;
     for (const std::size_t threads : {1U, 2U, 7U}) {
       const ThreadLimit control(threads);
       found.push_back(figures(compare(f, r, options)));
@@ -140,6 +172,174 @@ TEST(Compare, GivesTheSameBitsOnAnyNumberOfThreads) {
     EXPECT_EQ(found[1], found[0]);
     EXPECT_EQ(found[2], found[0]);
   }
+}
+
+TEST(Compare, GivesTheFiguresOfEachChannel) {
+  // Channel c is 1 + c percent too large everywhere.
+  const FunctionSource f([](const auto& pair, std::size_t) { return 1 + degrees(pair.i.theta); });
+  const FunctionSource r([](const auto& pair, std::size_t c) {
+    return (1 + degrees(pair.i.theta)) * (1.01 + 0.01 * static_cast<double>(c));
+  });
+  for (const CompareOptions& options :
+       {coarse(), drawn(CompareDirections::kRandom, 5000), drawn(CompareDirections::kHighlight, 5000)}) {
+    const Comparison found = compare(f, r, options);
+    ASSERT_EQ(found.channels.size(), 3U);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const ErrorFigures& channel = found.channels[c];
+      const double percent = 1 + static_cast<double>(c);
+      for (const double figure :
+           {channel.mre_percent, channel.rel_l1_percent, channel.cosine_rel_l1_percent, channel.relative_p99_percent,
+            channel.relative_p999_percent, channel.max_relative_percent}) {
+        EXPECT_NEAR(figure, percent, 1e-4);  // values are floats
+      }
+    }
+    EXPECT_NEAR(found.mre_percent, 2, 1e-4);
+    EXPECT_NEAR(found.rel_l1_percent, 2, 1e-4);
+    EXPECT_NEAR(found.relative_p99_percent, 3, 0.004 * 3);
+    EXPECT_EQ(found.max_relative_at.channel, 2U);
+    EXPECT_EQ(found.false_values.strict_count(), 0U);
+  }
+}
+
+TEST(Compare, WeighsWithBothCosines) {
+  const FunctionSource f([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource r([](const auto& pair, std::size_t) { return degrees(pair.v.theta) < 45 ? 1.5 : 1.0; });
+  double below = 0;
+  double all = 0;
+  for (int theta = 0; theta <= 80; theta += 10) {
+    all += std::cos(theta * kPi / 180);
+    if (theta < 45) below += std::cos(theta * kPi / 180);
+  }
+  const Comparison found = compare(f, r, coarse());
+  EXPECT_NEAR(found.cosine_rel_l1_percent, 50 * below / all, 1e-9);
+  EXPECT_NEAR(found.rel_l1_percent, 50 * 5.0 / 9, 1e-9);
+}
+
+TEST(Compare, TellsWhereTheErrorsAreLargest) {
+  const FunctionSource f([](const auto& pair, std::size_t) { return degrees(pair.i.theta) < 45 ? 1.0 : 10.0; });
+  const FunctionSource r([](const auto& pair, std::size_t c) {
+    const bool at = degrees(pair.i.phi) == 70 && degrees(pair.v.theta) == 20 && degrees(pair.v.phi) == 340;
+    const double base = degrees(pair.i.theta) < 45 ? 1.0 : 10.0;
+    if (at && c == 1 && degrees(pair.i.theta) == 50) return base + 2.0;
+    if (at && c == 2 && degrees(pair.i.theta) == 10) return base + 0.75;
+    return base;
+  });
+  const Comparison found = compare(f, r, coarse());
+  EXPECT_EQ(found.max_abs, 2);
+  EXPECT_EQ(degrees(found.max_abs_at.pair.i.theta), 50);
+  EXPECT_EQ(degrees(found.max_abs_at.pair.i.phi), 70);
+  EXPECT_EQ(degrees(found.max_abs_at.pair.v.theta), 20);
+  EXPECT_EQ(degrees(found.max_abs_at.pair.v.phi), 340);
+  EXPECT_EQ(found.max_abs_at.channel, 1U);
+  EXPECT_EQ(found.max_abs_at.reference, 10);
+  EXPECT_EQ(found.max_abs_at.test, 12);
+  EXPECT_EQ(found.max_relative_percent, 75);
+  EXPECT_EQ(degrees(found.max_relative_at.pair.i.theta), 10);
+  EXPECT_EQ(found.max_relative_at.channel, 2U);
+  EXPECT_EQ(found.channels[0].max_abs, 0);
+  EXPECT_EQ(found.channels[2].max_abs, 0.75);
+}
+
+TEST(Compare, HasThePercentilesOfAllRelativeErrors) {
+  // The relative error is the number of the azimuth phi_v in percent, 0 to 35, each as often as any other.
+  const FunctionSource f([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource r([](const auto& pair, std::size_t) { return 1 + degrees(pair.v.phi) / 1000; });
+  const Comparison found = compare(f, r, coarse());
+  EXPECT_NEAR(found.relative_p99_percent, 35, 1e-4);
+  const FunctionSource rare([](const auto& pair, std::size_t) {
+    return 1 + (degrees(pair.v.phi) == 10 && degrees(pair.i.theta) == 30 ? 0.5 : 0.01);  // 1 of 324
+  });
+  const Comparison spiky = compare(f, rare, coarse());
+  EXPECT_NEAR(spiky.relative_p99_percent, 1, 0.005);
+  EXPECT_NEAR(spiky.relative_p999_percent, 50, 0.2);
+}
+
+TEST(Compare, DrawsDirectionsBetweenTheNodesOfTheGrid) {
+  const FunctionSource one([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource right_on_grid([](const DirectionPair& pair, std::size_t) {
+    const double theta = pair.v.theta * 180 / kPi;
+    return std::abs(theta - 2 * std::round(theta / 2)) < 0.01 ? 1.0 : 2.0;
+  });
+  CompareOptions grid;
+  grid.random_count = 5000;
+  EXPECT_EQ(compare(one, right_on_grid, grid).mre_percent, 0);
+  for (const auto directions : {CompareDirections::kRandom, CompareDirections::kHighlight}) {
+    EXPECT_GT(compare(one, right_on_grid, drawn(directions, 5000)).mre_percent, 95);
+  }
+}
+
+TEST(Compare, HasTheSameMeansWithRandomDirectionsHoweverDrawn) {
+  const FunctionSource f([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
+  const FunctionSource r([](const auto& pair, std::size_t) { return analytic_brdf(pair, {.mirror_x = true}); });
+  const Comparison random = compare(f, r, drawn(CompareDirections::kRandom, 200'000));
+  const Comparison highlight = compare(f, r, drawn(CompareDirections::kHighlight, 200'000));
+  EXPECT_NEAR(highlight.mre_percent / random.mre_percent, 1, 0.02);
+  EXPECT_NEAR(highlight.rel_l1_percent / random.rel_l1_percent, 1, 0.02);
+  EXPECT_NEAR(highlight.cosine_rel_l1_percent / random.cosine_rel_l1_percent, 1, 0.02);
+  EXPECT_NEAR(highlight.rmse / random.rmse, 1, 0.02);
+  EXPECT_NEAR(highlight.relative_p99_percent / random.relative_p99_percent, 1, 0.04);
+  EXPECT_NEAR(highlight.floor / random.floor, 1, 0.02);
+}
+
+TEST(Compare, SeesAHighlightThatTheGridMisses) {
+  // A tenth of a degree wide, beside the mirror direction: between all nodes of the grid.
+  const FunctionSource one([](const auto&, std::size_t) { return 1.0; });
+  const FunctionSource ridge([](const DirectionPair& pair, std::size_t) {
+    const double theta = (pair.v.theta - pair.i.theta) * 180 / kPi - 0.1;
+    const double phi = std::remainder((pair.v.phi - pair.i.phi) * 180 / kPi - 180.1, 360.0);
+    return std::abs(theta) < 0.05 && std::abs(phi) < 0.05 ? 5.0 : 1.0;
+  });
+  EXPECT_EQ(compare(one, ridge, coarse()).max_abs, 0);
+  const Comparison found = compare(one, ridge, drawn(CompareDirections::kHighlight, 300'000));
+  EXPECT_EQ(found.max_abs, 4);
+  EXPECT_GT(found.false_values.count, 100U);
+  EXPECT_EQ(found.false_values.worst_factor, 5);
+  // 4 on a part of (0.1 / 80) (0.1 / 360) of all pairs
+  EXPECT_NEAR(found.mre_percent / (100 * 4 * 0.1 / 80 * 0.1 / 360), 1, 0.2);
+}
+
+TEST(Compare, TakesAHundredthOfTheMeanAsFloorOfRandomDirections) {
+  const FunctionSource f(
+      [](const auto& pair, std::size_t c) { return (pair.i.phi < kPi ? 0.0 : 2.0) * (c == 0 ? 1 : 4); },
+      {.channels = {"a", "b"}});
+  const FunctionSource r(
+      [](const auto& pair, std::size_t c) { return (pair.i.phi < kPi ? 0.01 : 2.0) * (c == 0 ? 1 : 4); },
+      {.channels = {"a", "b"}});
+  for (const auto directions : {CompareDirections::kRandom, CompareDirections::kHighlight}) {
+    CompareOptions options = drawn(directions, 40'000);
+    const Comparison found = compare(f, r, options);
+    EXPECT_NEAR(found.floor, 0.01 * (1 + 4) / 2, 0.001);  // half of the pairs are 0
+    EXPECT_EQ(found.mre_left_out, 0U);
+    EXPECT_NEAR(found.max_relative_percent, 100 * 0.04 / found.floor, 1e-3);
+    options.floor = 0.5;
+    EXPECT_EQ(compare(f, r, options).floor, 0.5);
+    EXPECT_NEAR(compare(f, r, options).max_relative_percent, 8, 1e-5);
+  }
+  EXPECT_EQ(compare(f, r, coarse()).floor, 0);
+}
+
+TEST(Compare, CountsFalseValuesBesideTheSymmetrisedReference) {
+  // The highlight is on one side only; its mean with the dark side is half as high.
+  const FunctionSource one_sided(
+      [](const auto& pair, std::size_t) { return pair.i.theta < pair.v.theta ? 10.0 : 0.0; });
+  const FunctionSource nine([](const auto&, std::size_t) { return 9.0; });
+  CompareOptions options = drawn(CompareDirections::kRandom, 300);
+  EXPECT_GT(compare(one_sided, nine, options).false_values.count, 300U);  // of 900 values half are 0
+  options.symmetrise = true;
+  EXPECT_EQ(compare(one_sided, nine, options).false_values.too_large, 3U * 300);
+  EXPECT_EQ(compare(one_sided, nine, options).false_values.count, 0U);
+}
+
+TEST(Compare, StopsLookingForFalseValuesWhenEnoughWereFound) {
+  const FunctionSource one([](const auto&, std::size_t) { return 1.0; }, {.channels = {"Y"}});
+  const FunctionSource four([](const auto&, std::size_t) { return 4.0; }, {.channels = {"Y"}});
+  const Comparison few = compare(one, four, drawn(CompareDirections::kRandom, 900));
+  EXPECT_TRUE(few.false_values.complete);
+  EXPECT_EQ(few.false_values.count, 900U);
+  const Comparison many = compare(one, four, drawn(CompareDirections::kRandom, 400'000));
+  EXPECT_FALSE(many.false_values.complete);
+  EXPECT_EQ(many.false_values.count, 64U * 1000);  // in each of the blocks that are looked at together
+  EXPECT_NEAR(many.mre_percent, 300, 1e-9);
 }
 
 TEST(Compare, DrawsRandomPairsOfTheGridByTheSeed) {
@@ -234,6 +434,11 @@ TEST(Compare, ShowsASingleNanInEveryFigureThatItSpoils) {
     EXPECT_TRUE(std::isnan(found.rmse));
     EXPECT_TRUE(std::isnan(found.max_abs));
     EXPECT_TRUE(std::isnan(found.psnr_db));
+    EXPECT_TRUE(std::isnan(found.cosine_rel_l1_percent));
+    EXPECT_TRUE(std::isnan(found.relative_p99_percent));
+    EXPECT_TRUE(std::isnan(found.max_relative_percent));
+    EXPECT_EQ(degrees(found.max_abs_at.pair.i.theta), 50);
+    EXPECT_FALSE(std::isnan(found.channels[0].mre_percent));
   }
 }
 
@@ -253,16 +458,31 @@ TEST(Compare, RefusesOptionsOutOfRange) {
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().code, ErrorCode::kUsage);
   };
-  for (const double step : {-1.0, 0.0, 0.01, 91.0, nan}) expect_refused({.step_deg = step});
-  for (const double theta_max : {-1.0, 91.0, nan}) expect_refused({.theta_max_deg = theta_max});
-  for (const double floor : {-1.0, nan, std::numeric_limits<double>::infinity()}) expect_refused({.floor = floor});
+  const auto with = [](auto member, double value) {
+    CompareOptions options;
+    options.*member = value;
+    return options;
+  };
+  for (const double step : {-1.0, 0.0, 0.01, 91.0, nan}) expect_refused(with(&CompareOptions::step_deg, step));
+  for (const double theta_max : {-1.0, 91.0, nan}) expect_refused(with(&CompareOptions::theta_max_deg, theta_max));
+  for (const double floor : {-1.0, nan, std::numeric_limits<double>::infinity()}) {
+    expect_refused(with(&CompareOptions::floor, floor));
+  }
+  for (const auto directions : {CompareDirections::kRandom, CompareDirections::kHighlight}) {
+    expect_refused(drawn(directions, 0));
+    CompareOptions flat = drawn(directions, 9);
+    flat.theta_max_deg = 0;
+    expect_refused(flat);
+  }
 }
 
 TEST(Compare, EndsSoonWhenAskedToStop) {
   const FunctionSource source([](const auto&, std::size_t) { return 1.0; });
-  const auto result = compare_sources(source, source, coarse(), {[](double) { return false; }});
-  ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().message, interrupted_error().message);
+  for (const CompareOptions& options : {coarse(), drawn(CompareDirections::kRandom, 100'000)}) {
+    const auto result = compare_sources(source, source, options, {[](double) { return false; }});
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().message, interrupted_error().message);
+  }
 }
 
 TEST(SymmetrisedSource, IsTheMeanOfBothOrdersAndReciprocalToTheLastBit) {
