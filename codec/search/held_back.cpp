@@ -84,13 +84,19 @@ bool all_zero(const HeldBack& held_back) {
   return std::all_of(held_back.values.begin(), held_back.values.end(), [](float f) { return f == 0; });
 }
 
-HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
-  const std::size_t channels = evaluator.channel_count();
+double mre_floor(const HeldBack& held_back) {
+  const std::size_t channels = held_back.values.size() / std::max<std::size_t>(1, held_back.pairs.size());
   double total = 0;
   for (std::size_t k = 0; k < held_back.values.size(); ++k) {
     total += held_back.weights[k / channels] * std::abs(static_cast<double>(held_back.values[k]));
   }
-  const double floor = 0.01 * total / static_cast<double>(channels);
+  return 0.01 * total / static_cast<double>(channels);
+}
+
+HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
+  const std::size_t channels = evaluator.channel_count();
+  const double floor = mre_floor(held_back);
+  const double total = 100 * floor * static_cast<double>(channels);
   double difference = 0;
   double relative = 0;
   std::vector<float> values(channels);

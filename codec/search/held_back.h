@@ -37,9 +37,12 @@ struct HeldBackDraw {
 /// Of such values no relative error can be stated.
 [[nodiscard]] bool all_zero(const HeldBack& held_back);
 
+/// Smallest denominator of relative errors [1/sr]: a hundredth of the mean |f|.
+[[nodiscard]] double mre_floor(const HeldBack& held_back);
+
 /// Never NaN. Infinite where the result is no number, and where it is not 0 though all held-back values are.
 struct HeldBackError {
-  double mre_percent = 0;     ///< 100 x mean |f - r| / max(|f|, floor), floor = a hundredth of the mean |f|
+  double mre_percent = 0;     ///< 100 x mean |f - r| / max(|f|, mre_floor)
   double rel_l1_percent = 0;  ///< 100 x sum |f - r| / sum |f|
 };
 [[nodiscard]] HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back);

@@ -202,6 +202,21 @@ void Slicer::finish(Slicing& slicing) const {
   slicing.sliced.metadata = metadata_of_slicing(source_.traits(), options_, report);
 }
 
+void Slicer::look_closer(Slicing& slicing) const {
+  const std::size_t channels = source_.channel_count();
+  const Evaluator evaluator(slicing.sliced, slicing.lattice);
+  ChannelErrors errors(channels, mre_floor(report_));
+  std::vector<LogHistogram> relative(channels);
+  std::vector<float> r(channels);
+  for (std::size_t k = 0; k < report_.pairs.size(); ++k) {
+    evaluator.evaluate(report_.pairs[k], r);
+    const std::span<const float> f = std::span(report_.values).subspan(k * channels, channels);
+    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(report_.pairs.size())}, f, r, relative);
+    find_false_values(*measured_, report_.pairs[k], f, r, slicing.report.false_values);
+  }
+  slicing.report.figures = errors.all(relative);
+}
+
 std::size_t Slicer::file_size(Slicing slicing) const {
   finish(slicing);
   return encode_sliced(slicing.sliced, slicing.lattice, options_.encoding).size();

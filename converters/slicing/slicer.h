@@ -50,6 +50,8 @@ class Slicer {
 
   /// Rounds the samples to the precision, and fills report and metadata.
   void finish(Slicing& slicing) const;
+  /// Fills what people are told of the error, but not the metadata, of a slicing that is finished.
+  void look_closer(Slicing& slicing) const;
   /// Bytes of the file, with the metadata that it will have. Takes a slicing that is not finished.
   [[nodiscard]] std::size_t file_size(Slicing slicing) const;
 

@@ -24,7 +24,10 @@ Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& optio
   StepwiseProgress steps(progress);
   Result<Slicing> slicing = slice_by_rule(*slicer, steps.step(kSlicingShare));
   if (!slicing && slicing.error().code != ErrorCode::kDifference) return slicing;
-  if (slicing) slicer->finish(*slicing);
+  if (slicing) {
+    slicer->finish(*slicing);
+    slicer->look_closer(*slicing);
+  }
   if (!steps.finish()) return interrupted_error();
   if (slicing && !has_positive(slicing->sliced)) {
     return invalid_file("none of the " + std::to_string(slicing->report.values) +

@@ -8,6 +8,8 @@
 #include "codec/file/encoder.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/search/held_back.h"
+#include "converters/difference/error_sums.h"
+#include "converters/difference/false_values.h"
 #include "converters/slicing/options.h"
 #include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
@@ -26,6 +28,8 @@ struct SliceReport {
   double theta_max_deg = 90;  ///< of the slices
   HeldBackError error;        ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
+  ErrorFigures figures;                ///< on the same, all channels together, with the same floor
+  FalseValues false_values;            ///< on the same
   bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
   std::vector<std::string> reasons;    ///< why this structure, where one was searched for
 };

@@ -200,6 +200,45 @@ TEST(OpenSliced, RefusesWhatIsNoSlicedFile) {
   EXPECT_FALSE(open_sliced(std::make_shared<OwnedMemorySource>(std::vector<std::byte>(100)), {}));
 }
 
+TEST(SliceSource, ReportsHowLargeErrorsGetOffTheGrid) {
+  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  SliceOptions options;
+  options.structure = Placement{14, 36};
+  options.stop = SampleCount{4500};
+  const Slicing slicing = slice_source(*source, options).value();
+  const ErrorFigures& figures = slicing.report.figures;
+  EXPECT_NEAR(figures.mre_percent / slicing.report.error.mre_percent, 1, 1e-6);
+  EXPECT_NEAR(figures.rel_l1_percent / slicing.report.error.rel_l1_percent, 1, 1e-6);
+  EXPECT_LT(figures.mre_percent, figures.relative_p999_percent);
+  EXPECT_LE(figures.relative_p999_percent, figures.max_relative_percent);
+  std::vector<float> f(3);
+  std::vector<float> r(3);
+  const ValuePlace& at = figures.max_relative_at;
+  source->evaluate(std::span(&at.pair, 1), f);
+  Evaluator(slicing.sliced, slicing.lattice).evaluate(at.pair, r);
+  EXPECT_EQ(f[at.channel], static_cast<float>(at.reference));
+  EXPECT_EQ(r[at.channel], static_cast<float>(at.test));
+  EXPECT_EQ(slicing.report.false_values.count, 0U);
+}
+
+// A spike two degrees wide on a node of a coarse lattice spreads over whole cells.
+TEST(SliceSource, ReportsFalseValues) {
+  const FunctionSource source(
+      [](const DirectionPair& pair, std::size_t) {
+        const double away = std::hypot(pair.i.theta - 28 * kPi / 180, pair.v.theta - 28 * kPi / 180) * 180 / kPi;
+        return 0.01 + 10 * std::exp(-0.5 * away * away);
+      },
+      {.reciprocal = true});
+  SliceOptions options;
+  options.structure = Placement{28, 180};
+  options.stop = SampleCount{60};
+  options.domain = DomainKind::kLinear;
+  options.refinement = Refinement::kByMeasured;
+  const SliceReport report = slice_source(source, options).value().report;
+  EXPECT_GT(report.false_values.count, 1000U);
+  EXPECT_GT(report.false_values.worst_factor, 100);
+}
+
 double mean_relative_error(const BrdfSource& reference, std::uint64_t samples, DomainKind domain) {
   SliceOptions options;
   options.structure = Placement{14, 36};
