@@ -11,13 +11,37 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr double kSlicingShare = 0.3;  // of the time of a row; the rest goes into comparing
+constexpr std::uint64_t kOffGridPairs = 1'000'000;  // beside the whole grid
+constexpr double kOffGridShare = 0.03;              // of the time of both
+constexpr double kSlicingShare = 0.3;               // of the time of a row; the rest goes into comparing
 
 std::string structure_text(const Slicing& slicing, const SliceOptions& options) {
   if (const auto* placement = std::get_if<Placement>(&options.structure)) return placement_text(*placement);
   std::string text(geometry(slicing.sliced.frame.id).name());
   text += slicing.sliced.domain.kind == DomainKind::kLog ? ", log" : ", linear";
   return slicing.sliced.guide ? text + ", guide" : text;
+}
+
+/// On the grid and off it.
+Status measure_errors(const BrdfSource& source, const BrdfSource& sliced, const AccuracyOptions& options,
+                      AccuracyRow& row, const Progress& progress) {
+  StepwiseProgress steps(progress);
+  CompareOptions directions;
+  directions.random_count = options.random_count;
+  directions.seed = options.seed;
+  directions.floor = 0;
+  const double share = options.random_count > 0 ? 0.5 : 1 - kOffGridShare;
+  const Result<Comparison> on_grid = compare_sources(source, sliced, directions, steps.step(share));
+  if (!on_grid) return on_grid.error();
+  directions.directions = CompareDirections::kRandom;
+  if (directions.random_count == 0) directions.random_count = kOffGridPairs;
+  const Result<Comparison> off_grid = compare_sources(source, sliced, directions, steps.step(1));
+  if (!off_grid) return off_grid.error();
+  row.mre_percent = on_grid->mre_percent;
+  row.off_grid_mre_percent = off_grid->mre_percent;
+  row.off_grid_rel_l1_percent = off_grid->rel_l1_percent;
+  row.false_values = off_grid->false_values.count;
+  return ok_status();
 }
 
 Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const AccuracyOptions& options,
@@ -32,15 +56,14 @@ Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const
   StepwiseProgress steps(progress);
   Result<Slicing> slicing = slice_source(*source, slices, steps.step(kSlicingShare));
   if (!slicing) return slicing.error();
-  AccuracyRow row = {paper.material,           kPaperCounts[count], structure_text(*slicing, slices), 0,
-                     paper.mre_percent[count], paper.exchanged};
+  AccuracyRow row;
+  row.material = paper.material;
+  row.samples = kPaperCounts[count];
+  row.structure = structure_text(*slicing, slices);
+  row.paper_mre_percent = paper.mre_percent[count];
+  row.exchanged_in_paper = paper.exchanged;
   const SlicedSource sliced(DecodedSliced{std::move(slicing->sliced), std::move(slicing->lattice), {}});
-  CompareOptions directions;
-  directions.random_count = options.random_count;
-  directions.seed = options.seed;
-  const Result<Comparison> comparison = compare_sources(*source, sliced, directions, steps.step(1));
-  if (!comparison) return comparison.error();
-  row.mre_percent = comparison->mre_percent;
+  if (Status status = measure_errors(*source, sliced, options, row, steps.step(1)); !status) return status.error();
   return row;
 }
 

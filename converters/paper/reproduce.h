@@ -20,12 +20,15 @@ struct AccuracyRow {
   std::string structure;   ///< "14/36", or the frame that a search chose
   double mre_percent = 0;  ///< over the 2-degree grid, no floor
   double paper_mre_percent = 0;
-  bool exchanged_in_paper = false;  ///< the document's Figures 7 and 8 carry each other's MRE column; put right here
+  double off_grid_mre_percent = 0;     ///< over random directions, no floor
+  double off_grid_rel_l1_percent = 0;  ///< on the same
+  std::uint64_t false_values = 0;      ///< on the same, of three for each pair
+  bool exchanged_in_paper = false;     ///< the document's Figures 7 and 8 carry each other's MRE column; put right here
 };
 
 struct AccuracyOptions {
   std::vector<std::string> materials;  ///< names as kurt_material() takes them, in any order; empty: all ten
-  std::uint64_t random_count = 0;      ///< 0: all 54,464,400 pairs; else so many random ones of them
+  std::uint64_t random_count = 0;      ///< 0: all 54,464,400 pairs; else so many random ones of them, and off the grid
   std::uint64_t seed = 1;
   bool automatic = false;  ///< let the search choose the structure, instead of Table 3 in the elevation frame
   SliceOptions slices;     ///< domain, refinement, mirrors and search effort; the rest is set per row
