@@ -53,16 +53,11 @@ std::pair<int, int> depths_of_piece(const ChunkLayout& layout, std::size_t piece
   return {layout.piece_depths[piece], last ? kMaxDepth + 1 : layout.piece_depths[piece + 1]};
 }
 
-ChunkLayout whole_layout() {
-  ChunkLayout layout;
-  layout.piece_depths = {1, 2, 3, 4, 5};
-  return layout;
-}
-
 ChunkLayout split_layout(const Lattice& lattice, std::size_t sample_count) {
   // Found by trying some hundred choices on 10/36 files, for the least that one pair of directions and theta below 40
   // degrees read (tests/benchmarks/loading_benchmark): single nodes along the elevations, a few along the azimuths.
   ChunkLayout layout;
+  layout.whole = false;
   layout.block_nodes[kAxial] = {0, 1, 1, 1};
   layout.block_nodes[kDiagonal] = {1, 0, 1, 1};
   layout.block_nodes[kHorizontal] = {2, 1, 0, 1};

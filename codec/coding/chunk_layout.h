@@ -13,11 +13,14 @@ namespace sbrdf::internal {
 
 /// How the samples of a file are spread over its chunks: what can be read, and left out, by itself.
 ///
-/// Crossings, and the slices of each kind, are gathered in blocks of neighbouring nodes. Samples on slices are further
-/// told apart by the refinement depth at which they lie, so that a reader can stop early. specs/sbrdf.md, section 3.
+/// The smallest file has all of them in one. Otherwise crossings, and the slices of each kind, are gathered in blocks
+/// of neighbouring nodes. Samples on slices are further told apart by the refinement depth at which they lie, so that a
+/// reader can stop early. specs/sbrdf.md, section 3.
 struct ChunkLayout {
   static constexpr std::size_t kCrossings = kAxisCount;  ///< behind the four kinds of slices
 
+  /// Everything is one chunk. Then there is one piece, and blocks hold whole axes.
+  bool whole = true;
   /// The lowest depth of each piece: begins with 1, rises, at most kMaxDepth.
   std::vector<std::uint8_t> piece_depths = {1};
   /// Nodes to a block on each axis of the padded lattice; 0: the whole axis. A slice's own axis has no blocks.
@@ -29,8 +32,6 @@ struct ChunkLayout {
 /// Depths [first, end) of a piece.
 [[nodiscard]] std::pair<int, int> depths_of_piece(const ChunkLayout& layout, std::size_t piece);
 
-/// Everything in as few chunks as depths can be told apart with: the smallest file.
-[[nodiscard]] ChunkLayout whole_layout();
 /// Small blocks, for loading a region: about a thousand chunks, more for many samples.
 [[nodiscard]] ChunkLayout split_layout(const Lattice& lattice, std::size_t sample_count);
 

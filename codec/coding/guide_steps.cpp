@@ -1,25 +1,30 @@
 #include "codec/coding/guide_steps.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace sbrdf::internal {
 namespace {
 
-constexpr double kGuideStep = 1.0 / 2048;
 constexpr double kOctavesPerUnit = 1.4426950408889634;  // 1 / log 2
 constexpr std::int64_t kMostGuideSteps = 1 << 24;
+
+// Half to a quarter of a step of the samples: what a guide is off is made good where samples lie.
+double size_of_guide_step(const Quantizer& scale) {
+  return std::ldexp(1.0, -1 - static_cast<int>(std::bit_width(scale.per_octave())));
+}
 
 }  // namespace
 
 std::int32_t guide_step(const Quantizer& scale, float value) {
   if (scale.lossless()) return scale.step(value);
-  const double steps = std::clamp(static_cast<double>(value) / kGuideStep, -16777215.0, 16777215.0);
+  const double steps = std::clamp(static_cast<double>(value) / size_of_guide_step(scale), -16777215.0, 16777215.0);
   return static_cast<std::int32_t>(std::floor(steps + 0.5));
 }
 
 float guide_value(const Quantizer& scale, std::int32_t step) {
-  return scale.lossless() ? scale.value(step) : static_cast<float>(step * kGuideStep);
+  return scale.lossless() ? scale.value(step) : static_cast<float>(step * size_of_guide_step(scale));
 }
 
 GuideSteps::GuideSteps(const Guide& guide, const Lattice& lattice, std::size_t channels, const Quantizer& scale)

@@ -16,7 +16,8 @@ namespace sbrdf::internal {
 // of them to a unit. So slices, which hold f / e^g where a guide is used, differ from f by round(g steps_per_octave /
 // log 2) steps. What is coded is that difference, where it can be computed with the same bits everywhere.
 
-/// Guides are numbers of the value domain, where steps are equal: 2^-11 in a bounded file, the bits in a lossless one.
+/// Guides are numbers of the value domain, where steps are equal: a power of two in a bounded file, the bits in a
+/// lossless one.
 [[nodiscard]] std::int32_t guide_step(const Quantizer& scale, float value);
 [[nodiscard]] float guide_value(const Quantizer& scale, std::int32_t step);
 

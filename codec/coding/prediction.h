@@ -91,9 +91,11 @@ inline unsigned class_of(std::uint64_t activity, std::uint32_t shift) {
   return std::min(CodingContext::kClasses - 1, 1 + 2 * octave + half);
 }
 
-/// Four times the mean distance of the members' steps from their mean; 2^28 for a single one.
+/// The spread of fewer than two members.
+inline constexpr std::int64_t kUnknownSpread = std::int64_t{1} << 28U;
+
+/// Four times the mean distance of the members' steps from their mean.
 inline std::int64_t spread_of(const Stencil& stencil, const StepTable& table, const CodingParameters& coding) {
-  constexpr std::int64_t kUnknownSpread = std::int64_t{1} << 28U;
   const std::int64_t n = stencil.count;
   if (n < 2) return kUnknownSpread;
   std::array<std::int64_t, 4> step{};

@@ -31,32 +31,24 @@ double root_of_two(std::uint32_t n) {
 
 }  // namespace
 
+std::uint32_t millionths_of(double bound) {
+  // A bound that was a decimal fraction is one again.
+  constexpr double kRounding = 1e-9;
+  return static_cast<std::uint32_t>(std::floor(bound * 1e6 * (1 + kRounding)));
+}
+
 Quantizer::Quantizer(double bound) : bound_(bound) {
   assert(bound >= kFinestBound && bound <= kCoarsestBound);
   // Two neighbours g and g ratio: the value between them that is as far from both, as a part of itself, is off by
   // (ratio - 1) / (ratio + 1).
   const double left = bound - kFloatRounding;
   const double widest = (1 + left) / (1 - left);
-  std::uint32_t low = 0;
-  std::uint32_t high = 1;
-  const auto fine_enough = [&](std::uint32_t n) { return power(widest, n) >= 2; };
-  while (!fine_enough(high)) {
-    low = high;
-    high *= 2;
-  }
-  while (high - low > 1) {
-    const std::uint32_t middle = low + (high - low) / 2;
-    (fine_enough(middle) ? high : low) = middle;
-  }
-  per_octave_ = high;
+  for (double reached = 1; reached < 2; reached *= widest) ++per_octave_;
   ratio_ = root_of_two(per_octave_);
   make_table();
 }
 
-Quantizer::Quantizer(double bound, std::uint32_t per_octave, double ratio, std::int32_t lowest)
-    : bound_(bound), per_octave_(per_octave), ratio_(ratio), lowest_(lowest) {
-  make_table();
-}
+Quantizer::Quantizer(double bound, std::int32_t lowest) : Quantizer(bound) { lowest_ = lowest; }
 
 void Quantizer::make_table() {
   reciprocal_ = 1.0 / per_octave_;

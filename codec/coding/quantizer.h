@@ -11,6 +11,9 @@ namespace sbrdf::internal {
 /// Relative bounds that a Quantizer can be made for.
 inline constexpr double kFinestBound = 1e-6;
 inline constexpr double kCoarsestBound = 0.5;
+/// Files state bounds in millionths: the greatest of these that is not above `bound`, which is in the range.
+[[nodiscard]] std::uint32_t millionths_of(double bound);
+[[nodiscard]] inline double bound_of(std::uint32_t millionths) { return millionths / 1e6; }
 
 /// Which values a file can hold, as whole numbers: the *steps* that are predicted and coded. Steps rise with the
 /// value, 0 is exactly 0, and step -n is the negative of step n.
@@ -35,8 +38,8 @@ class Quantizer {
   /// The coarsest scale that keeps `bound` (relative, kFinestBound to kCoarsestBound), the last rounding to float32
   /// included, for values from 2^-126 to half the largest float.
   explicit Quantizer(double bound);
-  /// As stored in a file; `per_octave` at least 1, `ratio` in (1, 2].
-  Quantizer(double bound, std::uint32_t per_octave, double ratio, std::int32_t lowest);
+  /// As stored in a file.
+  Quantizer(double bound, std::int32_t lowest);
 
   [[nodiscard]] bool lossless() const { return per_octave_ == 0; }
   [[nodiscard]] double bound() const { return bound_; }  ///< 0 if lossless

@@ -23,7 +23,7 @@ void code_crossings(Io& io, const CodingParameters& coding, const CrossingPlan& 
   for (std::uint32_t s = plan.block_begin[block]; s < plan.block_begin[block + 1]; ++s) {
     const CrossingPlan::Step& step = plan.steps[s];
     const Stencil* best = &kNone;
-    std::int64_t least = 0;
+    std::int64_t least = coding::kUnknownSpread;
     for (std::uint32_t k = 0; k < step.stencil_count; ++k) {
       const Stencil& stencil = plan.stencils[step.first_stencil + k];
       const std::int64_t spread = coding::spread_of(stencil, table, coding);

@@ -32,17 +32,19 @@ Scaled scale_values(const SlicedBrdf& sliced, double precision) {
   Scaled scaled;
   // A bound out of a file may be one that no scale is made for.
   if (precision >= kFinestBound) {
-    precision = std::min(precision, kCoarsestBound);
+    precision = bound_of(millionths_of(std::min(precision, kCoarsestBound)));
     scaled.scale = Quantizer(precision);
-    scaled.scale.begin_at_smallest({sliced.crossing_values, sliced.sample_values});
+    scaled.scale.begin_at_smallest({sliced.crossing_values, sliced.sample_values, sliced.domain.reference});
     if (apply_scale(scaled.scale, precision, sliced.crossing_values, scaled.crossing_steps, scaled.crossing_values) &&
-        apply_scale(scaled.scale, precision, sliced.sample_values, scaled.sample_steps, scaled.sample_values)) {
+        apply_scale(scaled.scale, precision, sliced.sample_values, scaled.sample_steps, scaled.sample_values) &&
+        apply_scale(scaled.scale, precision, sliced.domain.reference, scaled.reference_steps, scaled.references)) {
       return scaled;
     }
     scaled.scale = Quantizer();
   }
   apply_scale(scaled.scale, 0, sliced.crossing_values, scaled.crossing_steps, scaled.crossing_values);
   apply_scale(scaled.scale, 0, sliced.sample_values, scaled.sample_steps, scaled.sample_values);
+  apply_scale(scaled.scale, 0, sliced.domain.reference, scaled.reference_steps, scaled.references);
   return scaled;
 }
 
@@ -72,6 +74,7 @@ void round_to_precision(SlicedBrdf& sliced, double precision) {
   Scaled scaled = scale_values(sliced, precision);
   sliced.crossing_values = std::move(scaled.crossing_values);
   sliced.sample_values = std::move(scaled.sample_values);
+  sliced.domain.reference = std::move(scaled.references);
   if (!sliced.guide) return;
   for (float& v : sliced.guide->values) v = guide_value(scaled.scale, guide_step(scaled.scale, v));
 }

@@ -14,8 +14,10 @@ struct Scaled {
   Quantizer scale;
   std::vector<std::int32_t> crossing_steps;  ///< what is coded
   std::vector<std::int32_t> sample_steps;
-  std::vector<float> crossing_values;  ///< what a reader gets back for them [1/sr]
+  std::vector<std::int32_t> reference_steps;  ///< log domain only, per channel
+  std::vector<float> crossing_values;         ///< what a reader gets back for them [1/sr]
   std::vector<float> sample_values;
+  std::vector<float> references;
 };
 
 /// With the coarsest scale that keeps `precision` (a bound on the relative error) for every value; the lossless one for

@@ -15,7 +15,12 @@ struct CodingContext {
   static constexpr unsigned kGuideNode = 64;
   static constexpr unsigned kGuideSample = 65;
   static constexpr unsigned kResidualCount = 66;
-  static constexpr unsigned kFlagCount = 48;  ///< whether a gap is halved: depth (6), activity (4), the gap before (2)
+  static constexpr unsigned kGroups = 4;  ///< of kClasses contexts each, those above in their order
+
+  /// Whether a gap is halved: by depth, and within a depth by activity (4) and the gap before (2).
+  static constexpr unsigned kFlagDepths = 6;
+  static constexpr unsigned kFlagsPerDepth = 8;
+  static constexpr unsigned kFlagCount = kFlagDepths * kFlagsPerDepth;
 };
 
 }  // namespace sbrdf::internal

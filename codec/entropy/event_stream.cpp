@@ -10,8 +10,7 @@ constexpr std::uint32_t kFlagUnit = kProbabilityOne / 256;
 
 StreamWriter::StreamWriter(const Distributions& distributions) {
   for (std::size_t k = 0; k < residuals_.size(); ++k) {
-    const std::uint8_t number = distributions.residuals[k];
-    if (number != Distributions::kUnused) residuals_[k] = make_distribution(number, distributions.token_count);
+    residuals_[k] = make_distribution(distributions.number(static_cast<unsigned>(k)), distributions.token_count);
   }
   for (std::size_t k = 0; k < flags_.size(); ++k) flags_[k] = kFlagUnit * distributions.flags[k];
 }
@@ -38,9 +37,9 @@ void StreamWriter::put(const Event& event, RansEncoder& out) const {
 
 DecodingTables::DecodingTables(const Distributions& distributions) {
   for (std::size_t k = 0; k < residuals.size(); ++k) {
-    if (distributions.residuals[k] == Distributions::kUnused) continue;
-    const Distribution distribution = make_distribution(distributions.residuals[k], distributions.token_count);
-    residuals[k] = Entry{distribution, make_symbol_table(distribution, distributions.token_count)};
+    const unsigned number = distributions.number(static_cast<unsigned>(k));
+    residuals[k].distribution = make_distribution(number, distributions.token_count);
+    residuals[k].symbols = make_symbol_table(residuals[k].distribution, distributions.token_count);
   }
   for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = kFlagUnit * distributions.flags[k];
 }

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -60,20 +59,20 @@ class StreamWriter {
   std::array<std::uint32_t, CodingContext::kFlagCount> flags_{};  ///< frequency of yes
 };
 
-/// Distributions made ready for decoding; those that a file does not use stay empty.
+/// Distributions made ready for decoding.
 struct DecodingTables {
   struct Entry {
     Distribution distribution;
     SymbolTable symbols;
   };
-  std::array<std::optional<Entry>, CodingContext::kResidualCount> residuals;  ///< by context
-  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};               ///< frequency of yes, 0 unused
+  std::array<Entry, CodingContext::kResidualCount> residuals;    ///< by context
+  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};  ///< frequency of yes; 0: never
 
   explicit DecodingTables(const Distributions& distributions);
 };
 
-/// The Io for reading. A context that the file does not use, a step out of range or a read past the end make it not
-/// ok, and stay; what is read from then on is of no use.
+/// The Io for reading. A step out of range or a read past the end make it not ok, and stay; what is read from then on
+/// is of no use.
 class StreamReader {
  public:
   static constexpr bool kDecodes = true;
@@ -83,23 +82,15 @@ class StreamReader {
 
   /// A token, which tells how many plain bits follow, and these.
   void residual(unsigned context, std::int64_t& value) {
-    const auto& entry = tables_.residuals[context];
-    if (!entry) {
-      failed_ = true;
-      return;
-    }
-    const unsigned token = entry->symbols[stream_.peek()];
-    stream_.take(entry->distribution.start[token], entry->distribution.frequency[token]);
+    const DecodingTables::Entry& entry = tables_.residuals[context];
+    const unsigned token = entry.symbols[stream_.peek()];
+    stream_.take(entry.distribution.start[token], entry.distribution.frequency[token]);
     const unsigned count = plain_bits(token);
     value = residual_of(token, count == 0 ? 0 : stream_.bits(count));
   }
   /// Yes is the symbol that begins at 0, no the rest.
   void flag(unsigned context, bool& value) {
     const std::uint32_t yes = tables_.flags[context];
-    if (yes == 0) {
-      failed_ = true;
-      return;
-    }
     value = stream_.peek() < yes;
     value ? stream_.take(0, yes) : stream_.take(yes, kProbabilityOne - yes);
   }

@@ -1,5 +1,6 @@
 #include "codec/file/encoder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -26,24 +27,32 @@ struct Recorded {
 
 ChunkLayout layout_for(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize chunks) {
   const bool split = chunks == ChunkSize::kSplit || (chunks == ChunkSize::kAuto && sliced.sample_count() >= kSplitFrom);
-  return split ? split_layout(lattice, sliced.sample_count()) : whole_layout();
+  return split ? split_layout(lattice, sliced.sample_count()) : ChunkLayout();
 }
 
-// The ranges are those of the values as they will come back.
-std::vector<ValueRange> ranges_of(const SlicedBrdf& sliced, Scaled& scaled) {
-  SlicedBrdf kept;
-  kept.channels = sliced.channels;
-  kept.crossing_values = std::move(scaled.crossing_values);
-  kept.sample_values = std::move(scaled.sample_values);
-  return value_ranges(kept);
+std::vector<StepRange> ranges_of(const Scaled& scaled, std::size_t channels) {
+  std::vector<StepRange> ranges;
+  for (std::size_t c = 0; c < channels; ++c) {
+    StepRange range = {scaled.crossing_steps[c], scaled.crossing_steps[c]};
+    for (const auto* steps : {&scaled.crossing_steps, &scaled.sample_steps}) {
+      for (std::size_t k = c; k < steps->size(); k += channels) {
+        range.least = std::min(range.least, (*steps)[k]);
+        range.most = std::max(range.most, (*steps)[k]);
+      }
+    }
+    ranges.push_back(range);
+  }
+  return ranges;
 }
 
-SlicedIndex index_of(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize chunks, Scaled& scaled) {
+SlicedIndex index_of(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize chunks, const Scaled& scaled) {
   SlicedIndex index;
   index.frame = sliced.frame;
-  index.domain = sliced.domain;
+  index.domain = sliced.domain.kind;
   index.channels = sliced.channels;
-  index.ranges = ranges_of(sliced, scaled);
+  index.ranges = ranges_of(scaled, sliced.channel_count());
+  index.reference_steps = scaled.reference_steps;
+  index.floor_halvings = sliced.domain.floor_halvings;
   if (sliced.guide) {
     index.guided = true;
     index.guide_ratio = sliced.guide->ratio;
@@ -54,6 +63,7 @@ SlicedIndex index_of(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize
   index.layout = layout_for(sliced, lattice, chunks);
   if (sliced.mask) index.mask = sliced.mask->grid;
   index.metadata_size = static_cast<std::uint32_t>(sliced.metadata.size());
+  if (index.metadata_size > 0) index.metadata = pack_metadata(sliced.metadata);
   return index;
 }
 
@@ -89,7 +99,6 @@ std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced, const Lattice& la
     append_chunk(chunks, payload);
     index.chunk_sizes.push_back(static_cast<std::uint32_t>(chunks.size() - before));
   };
-  append(sliced.metadata.empty() ? std::vector<std::byte>() : pack_metadata(sliced.metadata));
   const StreamWriter writer(index.distributions);
   for (const ChunkEvents& events : recorded.events) append(writer.write(events));
   if (sliced.mask) {

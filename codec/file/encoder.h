@@ -24,22 +24,21 @@ struct DecodedSliced {
 /// How the samples of a file are spread over chunks.
 enum class ChunkSize : std::uint8_t {
   kAuto,   ///< whole below kSplitFrom samples, split from there on
-  kWhole,  ///< the smallest file; levels of detail can be read by themselves, regions can not
-  kSplit,  ///< small blocks, for loading regions
+  kWhole,  ///< one chunk: the smallest file, of which nothing can be read by itself
+  kSplit,  ///< small blocks, for loading regions and levels of detail
 };
 inline constexpr std::size_t kSplitFrom = 65'536;
 
 struct EncodeOptions {
-  /// Largest relative error of every stored f_r, 1e-6 to 0.5; exact zeros stay zero. 0: lossless, the float32 values
-  /// as they are (a negative zero becomes zero). Where a bound cannot be kept, as for some values below 2^-126, the
-  /// file is lossless.
+  /// Largest relative error of every stored f_r, 1e-6 to 0.5, rounded down to millionths; exact zeros stay zero. 0:
+  /// lossless, the float32 values as they are (a negative zero becomes zero). Where a bound cannot be kept, as for some
+  /// values below 2^-126, the file is lossless.
   double precision = 0;
   ChunkSize chunks = ChunkSize::kAuto;
 };
 
 /// The bytes of a sliced BRDF file (specs/sbrdf.md). `sliced` has passed check_sliced with `lattice`, which is that of
-/// its frame. The same input gives the same bytes on any machine; only the chunk
-/// of metadata depends on the version of zstd.
+/// its frame. The same input gives the same bytes on any machine; only the metadata depend on the version of zlib.
 [[nodiscard]] std::vector<std::byte> encode_sliced(const SlicedBrdf& sliced, const Lattice& lattice,
                                                    const EncodeOptions& options = {});
 

@@ -21,17 +21,26 @@ namespace sbrdf::internal {
 /// "[clause] what": kInvalidFile for a rule of specs/sbrdf.md that is broken.
 [[nodiscard]] Error refuse_sliced(const char* clause, const std::string& what);
 
-/// The index of a sliced file (specs/sbrdf.md, section 2): all that must be known before any chunk is read.
+/// Bounds of the steps of one channel.
+struct StepRange {
+  std::int32_t least = 0;
+  std::int32_t most = 0;
+};
+
+/// The index of a sliced file (specs/sbrdf.md, section 2): all that must be known before any chunk is read, and the
+/// metadata.
 struct SlicedIndex {
-  FrameSpec frame;                    ///< coordinates, symmetries, nodes: what crossings and slices there are
-  ValueDomain domain;                 ///< how values are interpolated
-  std::vector<std::string> channels;  ///< names, 1 to kMaxChannels
-  std::vector<ValueRange> ranges;     ///< of the stored values, per channel
-  bool guided = false;                ///< whether a guide is taken off; the two below belong to it
-  double guide_ratio = 1;             ///< see Guide::ratio
-  std::uint32_t guide_count = 0;      ///< samples of the guide, its nodes included
-  std::uint32_t adaptive_count = 0;   ///< samples that are not crossings
-  Quantizer scale;                    ///< what steps mean
+  FrameSpec frame;                            ///< coordinates, symmetries, nodes: what crossings and slices there are
+  Quantizer scale;                            ///< what steps mean
+  DomainKind domain = DomainKind::kLinear;    ///< how values are interpolated
+  std::vector<std::string> channels;          ///< names, 1 to kMaxChannels
+  std::vector<StepRange> ranges;              ///< of the stored values, per channel
+  std::vector<std::int32_t> reference_steps;  ///< log only, per channel; the two are those of ValueDomain
+  int floor_halvings = 0;
+  bool guided = false;               ///< whether a guide is taken off; the two below belong to it
+  double guide_ratio = 1;            ///< see Guide::ratio; 1 if isotropic
+  std::uint32_t guide_count = 0;     ///< samples of the guide, its nodes included
+  std::uint32_t adaptive_count = 0;  ///< samples that are not crossings
 
   // How residuals are coded.
   std::uint32_t base_channel = 0;    ///< see CodingParameters
@@ -41,32 +50,39 @@ struct SlicedIndex {
   std::optional<MaskGrid> mask;  ///< of unmeasured directions; nothing where all are measured
   std::uint32_t mask_size = 0;   ///< bytes of its runs once decompressed
 
+  std::uint32_t metadata_size = 0;         ///< bytes once unpacked
+  std::vector<std::byte> metadata;         ///< as packed
   ChunkLayout layout;                      ///< how samples are spread over chunks
-  std::uint32_t metadata_size = 0;         ///< bytes once decompressed
-  std::vector<std::uint32_t> chunk_sizes;  ///< stored bytes, 0 for a chunk without content; order in ChunkOrder
+  std::vector<std::uint32_t> chunk_sizes;  ///< stored bytes, 0 for a chunk without content
+
+  /// How many chunks there are: one if whole, else one for each of so many streams; and the mask, which is the last.
+  [[nodiscard]] std::size_t chunk_count(std::size_t streams) const {
+    return (layout.whole ? 1 : streams) + (mask ? 1 : 0);
+  }
+  [[nodiscard]] std::size_t mask_chunk() const { return chunk_sizes.size() - 1; }
 
   /// What prediction needs to know of all this.
   [[nodiscard]] CodingParameters coding() const;
+  [[nodiscard]] ValueDomain value_domain() const;
+  [[nodiscard]] std::vector<ValueRange> value_ranges() const;
 };
 
-/// Metadata and guide first, then crossings by block, then per piece the slices of each kind by block:
+/// The streams of a file: the guide first, then crossings by block, then per piece the slices of each kind by block:
 ///
-///     metadata  guide  crossings 0, 1 ...  | piece 0: axial 0, 1 ..., diagonal ..., horizontal ..., vertical ... |
-///     piece 1 ... | mask, if there is one
+///     guide  crossings 0, 1 ...  | piece 0: axial 0, 1 ..., diagonal ..., horizontal ..., vertical ... | piece 1
 ///
-/// so that what a lesser depth needs lies in front of what a greater one adds.
+/// so that what a lesser depth needs lies in front of what a greater one adds. Each is a chunk of its own, or, in a
+/// whole layout, one goes on where the one before ends.
 struct ChunkOrder {
-  ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces, bool masked);
+  explicit ChunkOrder(const LatticeBlocks& blocks, std::size_t pieces);
 
-  static constexpr std::size_t kMetadata = 0;
-  static constexpr std::size_t kGuide = 1;
-  [[nodiscard]] static std::size_t crossings(std::size_t block) { return 2 + block; }
+  static constexpr std::size_t kGuide = 0;
+  [[nodiscard]] static std::size_t crossings(std::size_t block) { return 1 + block; }
   [[nodiscard]] std::size_t slices(std::size_t piece, std::size_t kind, std::size_t block) const {
     return first_piece_ + piece * per_piece_ + kind_offset_[kind] + block;
   }
-  [[nodiscard]] std::size_t per_piece() const { return per_piece_; }  ///< chunks of each piece
-  [[nodiscard]] std::size_t count() const { return count_; }          ///< of all chunks, left out ones included
-  [[nodiscard]] std::size_t mask() const { return count_ - 1; }       ///< where there is one
+  [[nodiscard]] std::size_t per_piece() const { return per_piece_; }  ///< streams of each piece
+  [[nodiscard]] std::size_t count() const { return count_; }          ///< of all streams, left out ones included
 
  private:
   std::size_t first_piece_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -22,7 +23,7 @@ class SampleCollector {
   SampleCollector(const SlicedIndex& index, const Lattice& lattice, int max_depth)
       : index_(index), lattice_(lattice), channels_(index.channels.size()), max_depth_(max_depth) {
     sliced_.frame = index.frame;
-    sliced_.domain = index.domain;
+    sliced_.domain = index.value_domain();
     sliced_.channels = index.channels;
     sliced_.sample_counts.assign(lattice.slices.size(), 0);
     first_.resize(lattice.slices.size());
@@ -74,7 +75,7 @@ class SampleCollector {
     for (const auto* values : {&sliced_.crossing_values, &sliced_.sample_values}) {
       if (!std::all_of(values->begin(), values->end(), finite)) return refuse_sliced("SB-8-4", "a value is not finite");
     }
-    sliced_.whole_ranges = index_.ranges;
+    sliced_.whole_ranges = index_.value_ranges();
     return std::move(sliced_);
   }
 
@@ -137,6 +138,7 @@ class Loader {
   // The slices of a block share a stream, and each is predicted from its crossings: all of them are needed to decode
   // any one slice that has samples; a slice without samples needs only its own.
   void want_what_decoding_needs() {
+    if (index_.layout.whole) wanted_.crossings.assign(wanted_.crossings.size(), true);
     for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
       const Blocks& blocks = file_.blocks.slices[kind];
       for (std::size_t block = 0; block < blocks.size(); ++block) {
@@ -168,9 +170,12 @@ class Loader {
   [[nodiscard]] bool has_samples(std::size_t kind, std::size_t block) const {
     for (std::size_t piece = 0; piece < index_.layout.piece_depths.size(); ++piece) {
       if (index_.layout.piece_depths[piece] > max_depth_) break;
-      if (index_.chunk_sizes[file_.order.slices(piece, kind, block)] != 0) return true;
+      if (has_samples(file_.order.slices(piece, kind, block))) return true;
     }
     return false;
+  }
+  [[nodiscard]] bool has_samples(std::size_t stream_number) const {
+    return index_.layout.whole ? index_.adaptive_count > 0 : index_.chunk_sizes[stream_number] != 0;
   }
 
   [[nodiscard]] Error damaged(std::size_t chunk, const char* clause, const char* what) const {
@@ -191,11 +196,35 @@ class Loader {
     return guide;
   }
 
+  /// A chunk that is being read.
+  struct ChunkStream {
+    std::vector<std::byte> bytes;
+    std::size_t number;
+    StreamReader in;
+
+    ChunkStream(std::vector<std::byte> payload, std::size_t chunk, const DecodingTables& tables)
+        : bytes(std::move(payload)), number(chunk), in(bytes, tables) {}
+  };
+  /// Of a whole file the one stream that goes on and on, else that of a chunk of its own.
+  Result<std::shared_ptr<ChunkStream>> stream(std::size_t number) {
+    if (whole_ != nullptr) return whole_;
+    if (index_.layout.whole) number = 0;
+    Result<std::vector<std::byte>> bytes = file_.chunk(number);
+    if (!bytes) return bytes.error();
+    auto opened = std::make_shared<ChunkStream>(*std::move(bytes), number, tables_);
+    if (index_.layout.whole) whole_ = opened;
+    return opened;
+  }
+  /// Whether all that a stream must hold was read well, when another takes its place.
+  [[nodiscard]] bool ends_well(const ChunkStream& read) const {
+    return index_.layout.whole ? read.in.ok() : read.in.at_end();
+  }
+
   Status read_guide() {
     if (!index_.guided) return ok_status();
-    const Result<std::vector<std::byte>> bytes = file_.chunk(ChunkOrder::kGuide);
-    if (!bytes) return bytes.error();
-    StreamReader in(*bytes, tables_);
+    const Result<std::shared_ptr<ChunkStream>> read = stream(ChunkOrder::kGuide);
+    if (!read) return read.error();
+    StreamReader& in = (*read)->in;
     StepTable nodes(channels_);
     const std::size_t node_count = lattice_.nodes[kVertical].size();
     nodes.hold(node_count);
@@ -209,7 +238,7 @@ class Loader {
       code_depth(in, guide_coding, depth, state, SamplesToRead());
       if (state.samples.size() > index_.guide_count) break;
     }
-    if (!in.at_end() || state.samples.size() != index_.guide_count) {
+    if (!ends_well(**read) || state.samples.size() != index_.guide_count) {
       return damaged(ChunkOrder::kGuide, "SB-8-2", "the guide does not decode");
     }
     Guide guide = guide_of(state);
@@ -226,34 +255,32 @@ class Loader {
     for (std::uint32_t block = 0; block < file_.blocks.crossings.size(); ++block) {
       const std::vector<std::uint32_t>& members = file_.blocks.crossings[block];
       if (std::none_of(members.begin(), members.end(), [&](std::uint32_t k) { return wanted_.crossings[k]; })) continue;
-      const std::size_t number = ChunkOrder::crossings(block);
-      const Result<std::vector<std::byte>> bytes = file_.chunk(number);
-      if (!bytes) return bytes.error();
-      StreamReader in(*bytes, tables_);
-      code_crossings(in, coding_, file_.plan->get(lattice_, file_.blocks), block, crossings_);
-      if (!in.at_end()) return damaged(number, "SB-8-1", "the crossings do not decode");
+      const Result<std::shared_ptr<ChunkStream>> read = stream(ChunkOrder::crossings(block));
+      if (!read) return read.error();
+      code_crossings((*read)->in, coding_, file_.plan->get(lattice_, file_.blocks), block, crossings_);
+      if (!ends_well(**read)) return damaged((*read)->number, "SB-8-1", "the crossings do not decode");
       for (const std::uint32_t k : members) read_crossing_[k] = true;
     }
     return ok_status();
   }
 
-  /// The stream of one piece of a block; the bytes must outlive it.
+  /// The samples of one piece of a block.
   struct PieceStream {
-    std::vector<std::byte> bytes;
-    std::optional<StreamReader> in;
-    std::size_t number = 0;
+    std::shared_ptr<ChunkStream> read;
     int first_depth = 0;
     int end_depth = 0;
   };
 
   // Slice by slice through all pieces, so that nothing but one slice is worked on.
   Status read_slices() {
+    if (max_depth_ == 0) return ok_status();
     for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
       for (std::size_t block = 0; block < file_.blocks.slices[kind].size(); ++block) {
-        if (!is_wanted(file_.blocks.slices[kind][block])) continue;
+        if (!index_.layout.whole && !is_wanted(file_.blocks.slices[kind][block])) continue;
         if (Status status = read_block(kind, block); !status) return status;
       }
     }
+    if (whole_ != nullptr && !whole_->in.at_end()) return damaged(0, "SB-8-3", "the samples do not decode");
     return ok_status();
   }
 
@@ -262,18 +289,17 @@ class Loader {
     for (std::size_t piece = 0; piece < index_.layout.piece_depths.size(); ++piece) {
       const auto [first_depth, end_depth] = depths_of_piece(index_.layout, piece);
       const std::size_t number = file_.order.slices(piece, kind, block);
-      if (first_depth > max_depth_ || index_.chunk_sizes[number] == 0) continue;
-      Result<std::vector<std::byte>> bytes = file_.chunk(number);
-      if (!bytes) return bytes.error();
-      pieces.push_back({*std::move(bytes), {}, number, first_depth, end_depth});
+      if (first_depth > max_depth_ || !has_samples(number)) continue;
+      Result<std::shared_ptr<ChunkStream>> read = stream(number);
+      if (!read) return read.error();
+      pieces.push_back({*std::move(read), first_depth, end_depth});
     }
-    if (pieces.empty()) return ok_status();
-    for (PieceStream& piece : pieces) piece.in.emplace(piece.bytes, tables_);
     for (const std::uint32_t k : file_.blocks.slices[kind][block]) {
+      if (pieces.empty()) break;
       if (Status status = read_slice(k, pieces); !status) return status;
     }
     for (const PieceStream& piece : pieces) {
-      if (!piece.in->at_end()) return damaged(piece.number, "SB-8-3", "the samples do not decode");
+      if (!ends_well(*piece.read)) return damaged(piece.read->number, "SB-8-3", "the samples do not decode");
     }
     return ok_status();
   }
@@ -288,9 +314,9 @@ class Loader {
       for (int depth = piece.first_depth; depth < piece.end_depth; ++depth) {
         if (state_.depth != depth - 1) break;
         if (Status enough = check_slice_fits(); !enough) return enough;
-        code_depth(*piece.in, slice_coding, depth, state_, SamplesToRead());
-        if (!piece.in->ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
-          return damaged(piece.number, "SB-8-3", "the samples do not decode");
+        code_depth(piece.read->in, slice_coding, depth, state_, SamplesToRead());
+        if (!piece.read->in.ok() || decoded_ + state_.samples.size() - crossings > index_.adaptive_count) {
+          return damaged(piece.read->number, "SB-8-3", "the samples do not decode");
         }
       }
     }
@@ -316,6 +342,7 @@ class Loader {
   CodingParameters coding_;
   int max_depth_;
   DecodingTables tables_;
+  std::shared_ptr<ChunkStream> whole_;
   LatticeParts wanted_;
   std::vector<bool> read_crossing_;
   StepTable crossings_;

@@ -65,15 +65,12 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLi
     return error;
   }
   LatticeBlocks blocks = make_blocks(*lattice, index->layout);
-  const ChunkOrder order(blocks, index->layout.piece_depths.size(), index->mask.has_value());
-  if (index->chunk_sizes.size() != order.count()) {
+  const ChunkOrder order(blocks, index->layout.piece_depths.size());
+  if (const std::size_t expected = index->chunk_count(order.count()); index->chunk_sizes.size() != expected) {
     return refuse_sliced("SB-3-1", "the index lists " + std::to_string(index->chunk_sizes.size()) +
-                                       " chunks, its frame and layout have " + std::to_string(order.count()));
+                                       " chunks, its frame and layout have " + std::to_string(expected));
   }
-  if (index->metadata_size == 0 && index->chunk_sizes[ChunkOrder::kMetadata] != 0) {
-    return refuse_sliced("SB-8-5", "a chunk of metadata, but no metadata");
-  }
-  if (!index->guided && index->chunk_sizes[ChunkOrder::kGuide] != 0) {
+  if (!index->layout.whole && !index->guided && index->chunk_sizes[ChunkOrder::kGuide] != 0) {
     return refuse_sliced("SB-8-2", "a guide's chunk, but no guide");
   }
   std::vector<std::uint64_t> offsets = {head->chunks_offset()};
@@ -89,16 +86,14 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLi
 
 Result<std::string> SlicedReader::metadata() const {
   if (file_.index.metadata_size == 0) return std::string();
-  const Result<std::vector<std::byte>> packed = file_.chunk(ChunkOrder::kMetadata);
-  if (!packed) return packed.error();
-  std::optional<std::string> text = unpack_metadata(*packed, file_.index.metadata_size);
+  std::optional<std::string> text = unpack_metadata(file_.index.metadata, file_.index.metadata_size);
   if (!text) return refuse_sliced("SB-8-5", "the metadata do not decompress to the size in the index");
   return *std::move(text);
 }
 
 Result<std::shared_ptr<const DirectionMask>> SlicedReader::mask() const {
   if (!file_.index.mask) return std::shared_ptr<const DirectionMask>();
-  const Result<std::vector<std::byte>> packed = file_.chunk(file_.order.mask());
+  const Result<std::vector<std::byte>> packed = file_.chunk(file_.index.mask_chunk());
   if (!packed) return packed.error();
   const std::optional<std::vector<std::byte>> runs = unpack_bytes(*packed, file_.index.mask_size);
   std::optional<DirectionMask> mask = runs ? parse_runs(*runs, *file_.index.mask) : std::nullopt;
@@ -115,7 +110,7 @@ Result<SlicedBrdf> SlicedReader::load_all(int max_depth) const {
                                          " samples, the index says " + std::to_string(file_.index.adaptive_count));
     }
     sliced->whole_ranges.clear();
-    if (value_ranges(*sliced) != file_.index.ranges) {
+    if (value_ranges(*sliced) != file_.index.value_ranges()) {
       return refuse_sliced("SB-8-6", "the values do not span the ranges in the index");
     }
   }
@@ -135,12 +130,13 @@ Result<PartialSliced> SlicedReader::load(const CellSet& cells, int max_depth) co
 }
 
 std::uint64_t SlicedReader::bytes_up_to(int max_depth) const {
+  if (file_.index.layout.whole) return file_.offsets.back();
   std::size_t end = ChunkOrder::crossings(file_.blocks.crossings.size());
   for (std::size_t piece = 0; piece < file_.index.layout.piece_depths.size(); ++piece) {
     if (file_.index.layout.piece_depths[piece] > max_depth) break;
     end = file_.order.slices(piece, 0, 0) + file_.order.per_piece();
   }
-  const std::uint64_t mask = file_.index.mask ? file_.index.chunk_sizes[file_.order.mask()] : 0;
+  const std::uint64_t mask = file_.index.mask ? file_.index.chunk_sizes[file_.index.mask_chunk()] : 0;
   return std::min(file_.offsets[end] + mask, file_.offsets.back());
 }
 

@@ -32,16 +32,21 @@ std::vector<ChunkEvents> SampleRecorder::record_all(const CodingParameters& codi
   std::vector<ChunkEvents> crossings = record_crossings(coding);
   std::move(crossings.begin(), crossings.end(), std::back_inserter(events));
   const std::size_t pieces = layout_.piece_depths.size();
-  const ChunkOrder order(blocks_, pieces, false);
-  events.resize(order.count() - 1);  // metadata and mask are no events
+  const ChunkOrder order(blocks_, pieces);
+  events.resize(order.count());
   for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
     for (std::size_t block = 0; block < blocks_.slices[kind].size(); ++block) {
       std::vector<ChunkEvents> recorded = record_slices(blocks_.slices[kind][block], coding);
       for (std::size_t piece = 0; piece < pieces; ++piece) {
-        events[order.slices(piece, kind, block) - 1] = std::move(recorded[piece]);
+        events[order.slices(piece, kind, block)] = std::move(recorded[piece]);
       }
     }
   }
+  if (!layout_.whole) return events;
+  for (std::size_t k = 1; k < events.size(); ++k) {
+    events.front().insert(events.front().end(), events[k].begin(), events[k].end());
+  }
+  events.resize(1);
   return events;
 }
 
@@ -68,7 +73,7 @@ std::vector<ChunkEvents> SampleRecorder::record_some_slices(const CodingParamete
 }
 
 std::vector<bool> SampleRecorder::pieces_with_samples(std::span<const std::uint32_t> block) const {
-  std::vector<bool> used(layout_.piece_depths.size(), false);
+  std::vector<bool> used(layout_.piece_depths.size(), layout_.whole && sliced_.adaptive_count() > 0);
   for (const std::uint32_t k : block) {
     for (std::size_t s = first_sample_[k]; s < first_sample_[k + 1]; ++s) {
       const auto after = std::upper_bound(layout_.piece_depths.begin(), layout_.piece_depths.end(),

@@ -1,6 +1,6 @@
 #include "codec/mask/mask_runs.h"
 
-#include "formats/core/counts.h"
+#include "formats/core/byte_reader.h"
 
 namespace sbrdf::internal {
 
@@ -10,13 +10,13 @@ std::vector<std::byte> emit_runs(const DirectionMask& mask) {
   bool unmeasured = false;
   for (const bool bit : mask.unmeasured) {
     if (bit != unmeasured) {
-      put_count(out, length);
+      out.count(length);
       length = 0;
       unmeasured = bit;
     }
     ++length;
   }
-  put_count(out, length);
+  out.count(length);
   return std::move(out).take();
 }
 
@@ -27,7 +27,7 @@ std::optional<DirectionMask> parse_runs(std::span<const std::byte> bytes, const 
   mask.unmeasured.reserve(cells);
   for (bool unmeasured = false; in.remaining() > 0; unmeasured = !unmeasured) {
     const bool first = mask.unmeasured.empty() && !unmeasured;
-    const std::uint32_t length = take_count(in);
+    const std::uint32_t length = static_cast<std::uint32_t>(in.count(32));
     if (!in.ok() || (length == 0 && !first) || length > cells - mask.unmeasured.size()) return std::nullopt;
     mask.unmeasured.insert(mask.unmeasured.end(), length, unmeasured);
   }

@@ -84,15 +84,17 @@ Status check_positions(const SlicedBrdf& sliced, const Lattice& lattice) {
 Status check_domain(const SlicedBrdf& sliced) {
   const ValueDomain& domain = sliced.domain;
   if (domain.kind == DomainKind::kLinear) {
-    if (domain.reference.empty() && domain.floor.empty()) return ok_status();
-    return invalid_file("the linear domain has neither references nor floors");
+    if (domain.reference.empty()) return ok_status();
+    return invalid_file("the linear domain has no references");
   }
   if (domain.kind != DomainKind::kLog) return unsupported("unknown value domain");
   const auto positive = [](float v) { return std::isfinite(v) && v > 0; };
-  const bool sized = domain.reference.size() == sliced.channel_count() && domain.floor.size() == sliced.channel_count();
-  if (!sized || !std::all_of(domain.reference.begin(), domain.reference.end(), positive) ||
-      !std::all_of(domain.floor.begin(), domain.floor.end(), positive)) {
-    return invalid_file("the log domain needs a positive reference and floor for every channel");
+  if (domain.reference.size() != sliced.channel_count() ||
+      !std::all_of(domain.reference.begin(), domain.reference.end(), positive)) {
+    return invalid_file("the log domain needs a positive reference for every channel");
+  }
+  if (domain.floor_halvings < 0 || domain.floor_halvings > kMaxFloorHalvings) {
+    return invalid_file("the floor of the log domain is 0 to 255 halvings below the reference");
   }
   return ok_status();
 }
@@ -104,6 +106,7 @@ Status check_guide(const SlicedBrdf& sliced, const Lattice& lattice) {
     return invalid_file("a guide needs the half/difference frame and the log domain");
   }
   if (!(guide.ratio >= 1e-3 && guide.ratio <= 1e3)) return invalid_file("the guide's ratio must be in [0.001, 1000]");
+  if (lattice.spec.symmetries.isotropic && guide.ratio != 1) return invalid_file("an isotropic guide has the ratio 1");
   std::uint32_t nodes = 0;
   for (std::size_t k = 0; k < guide.places.size(); ++k) {
     const SamplePosition& place = guide.places[k];

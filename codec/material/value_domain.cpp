@@ -1,13 +1,13 @@
 #include "codec/material/value_domain.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace sbrdf::internal {
 
 ValueDomain choose_log_domain(std::span<const float> values, std::size_t channel_count, int floor_halvings) {
   ValueDomain domain;
   domain.kind = DomainKind::kLog;
+  domain.floor_halvings = floor_halvings;
   std::vector<float> positive;
   for (std::size_t channel = 0; channel < channel_count; ++channel) {
     positive.clear();
@@ -20,9 +20,7 @@ ValueDomain choose_log_domain(std::span<const float> values, std::size_t channel
       std::nth_element(positive.begin(), middle, positive.end());
       reference = *middle;
     }
-    const float floor = std::ldexp(reference, -floor_halvings);
     domain.reference.push_back(reference);
-    domain.floor.push_back(std::min(reference, std::max(floor, std::numeric_limits<float>::min())));
   }
   return domain;
 }

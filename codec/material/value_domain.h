@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -10,6 +12,9 @@ namespace sbrdf::internal {
 
 /// The numbers stand in files and never change their meaning.
 enum class DomainKind : std::uint8_t { kLinear = 1, kLog = 2 };
+
+/// Below so many halvings of the reference there is nothing that a float could tell apart.
+inline constexpr int kMaxFloorHalvings = 255;
 
 /// In which values the slices are interpolated and summed. Stored samples are always f_r itself.
 ///
@@ -26,7 +31,13 @@ enum class DomainKind : std::uint8_t { kLinear = 1, kLog = 2 };
 struct ValueDomain {
   DomainKind kind = DomainKind::kLinear;
   std::vector<float> reference;  ///< log only: per channel, positive
-  std::vector<float> floor;      ///< log only: per channel, positive
+  int floor_halvings = 0;        ///< log only, 0 to kMaxFloorHalvings
+
+  /// Log only: the reference, halved so often, of a channel; but no less than 2^-126 unless the reference is.
+  [[nodiscard]] float floor(std::size_t channel) const {
+    const float halved = std::ldexp(reference[channel], -floor_halvings);
+    return std::min(reference[channel], std::max(halved, std::numeric_limits<float>::min()));
+  }
 
   bool operator==(const ValueDomain&) const = default;
 };
@@ -40,9 +51,9 @@ class DomainMap {
   DomainMap(const ValueDomain& domain, std::size_t channel) : log_(domain.kind == DomainKind::kLog) {
     if (!log_) return;
     reference_ = static_cast<Real>(domain.reference[channel]);
-    floor_ = static_cast<Real>(domain.floor[channel]);
+    floor_ = static_cast<Real>(domain.floor(channel));
     const long double at_floor =
-        std::log(static_cast<long double>(domain.floor[channel]) / static_cast<long double>(domain.reference[channel]));
+        std::log(static_cast<long double>(domain.floor(channel)) / static_cast<long double>(domain.reference[channel]));
     at_floor_ = static_cast<Real>(at_floor);
     at_zero_ = static_cast<Real>(at_floor - 1.0L);
   }

@@ -205,7 +205,7 @@ class RefineBySource final : public Sampler {
   // An error in the log domain is relative: f times as large in f_r.
   [[nodiscard]] double value_weight(std::size_t c, float f) const {
     const bool log = sliced_.domain.kind == DomainKind::kLog;
-    const double least = log ? sliced_.domain.floor[c] : 1e-9;
+    const double least = log ? sliced_.domain.floor(c) : 1e-9;
     return power(std::max<double>(std::abs(f), least), options_.value_exponent - (log ? 0 : 1));
   }
 

@@ -46,6 +46,23 @@ class ByteReader {
   std::int32_t i32() { return number<std::int32_t>(); }
   double f64() { return number<double>(); }
 
+  /// An unsigned number below 2^`bits` (at most 63) in groups of seven bits, the lowest first; the top bit of a byte
+  /// says that another follows. A larger one, or one with a needless byte, fails as a read past the end does: there is
+  /// one way to write each number.
+  std::uint64_t count(unsigned bits) {
+    std::uint64_t value = 0;
+    for (unsigned shift = 0; shift < bits; shift += 7) {
+      const std::uint64_t byte = u8();
+      value |= (byte & 0x7FU) << shift;
+      if (byte >= 0x80) continue;
+      if ((byte == 0 && shift != 0) || value >> bits != 0) break;
+      return value;
+    }
+    if (!failed_) wanted_ = 1;
+    failed_ = true;
+    return 0;
+  }
+
   /// The next `size` bytes, not copied; empty after a short read.
   std::span<const std::byte> bytes(std::uint64_t size) {
     if (failed_ || size > remaining()) {
@@ -75,6 +92,11 @@ class ByteWriter {
   template <class T>
   requires std::is_arithmetic_v<T>
   void number(T value) { bytes(std::as_bytes(std::span<const T, 1>(&value, 1))); }
+  /// As ByteReader::count() reads it.
+  void count(std::uint64_t value) {
+    for (; value >= 0x80; value >>= 7U) number(static_cast<std::uint8_t>(value | 0x80U));
+    number(static_cast<std::uint8_t>(value));
+  }
   void bytes(std::span<const std::byte> block) { buffer_.insert(buffer_.end(), block.begin(), block.end()); }
   void text(std::string_view text) { bytes(std::as_bytes(std::span(text.data(), text.size()))); }
   /// Overwrites a number that was written before, for sizes known only later.

@@ -16,8 +16,10 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-constexpr std::size_t kHeaderChecked = kHeaderSize - kChecksumSize;  // the header's own checksum stands at its end
-constexpr std::uint64_t kLeastEntrySize = 6;
+constexpr std::size_t kHeaderChecked =
+    kBundleHeaderSize - kChecksumSize;  // the header's own checksum stands at its end
+constexpr std::uint64_t kLeastEntrySize = 5;
+constexpr unsigned kCountBits = 63;
 constexpr std::uint64_t kMostDictionary = std::uint64_t{1} << 20U;
 constexpr std::size_t kLongestName = 255;
 constexpr std::size_t kNamesListed = 5;
@@ -31,32 +33,6 @@ Error named(const std::string& name, Error error) {
   error.message = "material '" + name + "': " + error.message;
   return error;
 }
-
-/// Counts one after the other. The first that is cut off, too long or written with needless bytes sticks.
-class CountReader {
- public:
-  explicit CountReader(ByteReader& in) : in_(in) {}
-
-  std::uint64_t take() {
-    constexpr unsigned kMostBits = 63;
-    std::uint64_t value = 0;
-    for (unsigned shift = 0; shift < kMostBits; shift += 7) {
-      const std::uint64_t byte = in_.u8();
-      value |= (byte & 0x7FU) << shift;
-      if (byte < 0x80) {
-        if (byte == 0 && shift != 0) break;
-        return value;
-      }
-    }
-    well_formed_ = false;
-    return 0;
-  }
-  [[nodiscard]] bool ok() const { return well_formed_ && in_.ok(); }
-
- private:
-  ByteReader& in_;
-  bool well_formed_ = true;
-};
 
 /// The next code point of UTF-8 text, removed from it; nothing where it is none.
 std::optional<std::uint32_t> take_code_point(std::string_view& text) {
@@ -118,21 +94,10 @@ std::string nearest_names(const std::vector<BundleEntry>& entries, std::string_v
   return text;
 }
 
-/// The first bytes of a `.sbrdf` file, from its head; see sbrdf.md, section 1.
-Bytes front_of_file(const BundleEntry& entry, std::span<const std::byte> head) {
-  constexpr std::size_t kVersionSize = 4;
-  const auto index = head.subspan(kVersionSize, entry.index_size);
-  ByteWriter header;
-  header.bytes(std::as_bytes(std::span(kContainerMagic)));
-  header.bytes(head.first(kVersionSize));
-  header.number(entry.index_size);
-  header.number(entry.file_size());
-  header.number(checksum(index));
-  Bytes front;
-  append_chunk(front, std::move(header).take());
-  front.insert(front.end(), index.begin(), index.end());
-  append_chunk(front, head.subspan(kVersionSize + entry.index_size));
-  return front;
+/// The first bytes of a `.sbrdf` file, from its head as a bundle has it.
+Bytes front_of_file(std::span<const std::byte> head) {
+  const auto version = [&](std::size_t k) { return static_cast<std::uint8_t>(head[k]); };
+  return emit_head(head.subspan(2), version(0), version(1));
 }
 
 /// A file whose beginning is in memory and whose end is in the bundle.
@@ -174,7 +139,7 @@ struct BundleHead {
 };
 
 Result<BundleHead> read_bundle_head(const ByteSource& source) {
-  const Result<Bytes> header = read_range(source, 0, std::min<std::uint64_t>(kHeaderSize, source.size()));
+  const Result<Bytes> header = read_range(source, 0, std::min<std::uint64_t>(kBundleHeaderSize, source.size()));
   if (!header) return header.error();
   if (!is_bundle(*header)) return refuse("SZ-1-1", "not a bundle of sliced BRDFs: wrong magic", 0);
   ByteReader in(*header);
@@ -198,32 +163,30 @@ Result<BundleHead> read_bundle_head(const ByteSource& source) {
         "SZ-1-4",
         "the file has " + std::to_string(source.size()) + " bytes, its header says " + std::to_string(file_size), 16);
   }
-  if (index_size > kMaxIndexSize || index_size > file_size - kHeaderSize) {
+  if (index_size > kMaxBundleIndexSize || index_size > file_size - kBundleHeaderSize) {
     return refuse("SZ-1-5", "an index of " + std::to_string(index_size) + " bytes does not fit", 12);
   }
-  Result<Bytes> index = read_range(source, kHeaderSize, index_size);
+  Result<Bytes> index = read_range(source, kBundleHeaderSize, index_size);
   if (!index) return index.error();
   if (checksum(*index) != index_checksum) {
-    return refuse("SZ-1-6", "the index is damaged: its checksum does not match", kHeaderSize);
+    return refuse("SZ-1-6", "the index is damaged: its checksum does not match", kBundleHeaderSize);
   }
   return BundleHead{minor, version, *std::move(index)};
 }
 
 /// The sizes of one material. Those that are out of range become such that check_sizes refuses them.
-void take_sizes(CountReader& counts, BundleEntry& entry) {
+void take_sizes(ByteReader& in, BundleEntry& entry) {
   const auto narrow = [](std::uint64_t value) {
     return static_cast<std::uint32_t>(std::min<std::uint64_t>(value, UINT32_MAX));
   };
-  entry.index_size = narrow(counts.take());
-  entry.chunk_size = narrow(counts.take());
-  entry.stored_size = narrow(counts.take());
-  entry.body_size = counts.take();
+  entry.index_size = narrow(in.count(kCountBits));
+  entry.stored_size = narrow(in.count(kCountBits));
+  entry.body_size = in.count(kCountBits);
 }
 
 Status check_sizes(const BundleEntry& entry) {
-  if (entry.index_size > kMaxIndexSize || entry.chunk_size > kMostHeadChunk) {
-    return refuse("SZ-2-5", "an index of " + std::to_string(entry.index_size) + " bytes with a first chunk of " +
-                                std::to_string(entry.chunk_size));
+  if (entry.index_size > kMaxIndexSize) {
+    return refuse("SZ-2-5", "an index of " + std::to_string(entry.index_size) + " bytes");
   }
   const std::uint64_t head_size = entry.head_size();
   if (entry.stored_size > head_size || entry.stored_size < least_stored_size(head_size)) {
@@ -246,9 +209,7 @@ bool is_bundle(std::span<const std::byte> bytes) {
          std::memcmp(bytes.data(), kBundleMagic.data(), kBundleMagic.size()) == 0;
 }
 
-std::uint64_t BundleEntry::file_size() const {
-  return kHeaderSize + index_size + (chunk_size == 0 ? 0 : chunk_size + kChecksumSize) + body_size;
-}
+std::uint64_t BundleEntry::file_size() const { return head_size_of(index_size) + body_size; }
 
 std::uint64_t BundleEntry::bundled_size() const { return stored_size + kChecksumSize + body_size; }
 
@@ -271,21 +232,20 @@ Result<BundleReader> BundleReader::open(const ByteSource& source, const MemoryLi
 
 Status BundleReader::parse_index(std::span<const std::byte> index, bool newer_minor) {
   ByteReader in(index);
-  CountReader counts(in);
-  const std::uint64_t count = counts.take();
-  dictionary_size_ = counts.take();
-  if (counts.ok() && (count == 0 || count > kMostMaterials || count > index.size() / kLeastEntrySize)) {
+  const std::uint64_t count = in.count(kCountBits);
+  dictionary_size_ = in.count(kCountBits);
+  if (in.ok() && (count == 0 || count > kMostMaterials || count > index.size() / kLeastEntrySize)) {
     return refuse("SZ-2-2",
                   std::to_string(count) + " materials in an index of " + std::to_string(index.size()) + " bytes");
   }
   if (dictionary_size_ > kMostDictionary) {
     return refuse("SZ-3-1", "a dictionary of " + std::to_string(dictionary_size_) + " bytes");
   }
-  for (std::uint64_t k = 0; k < count && counts.ok(); ++k) {
+  for (std::uint64_t k = 0; k < count && in.ok(); ++k) {
     BundleEntry entry;
-    entry.name = in.text(counts.take());
-    take_sizes(counts, entry);
-    if (!counts.ok()) break;
+    entry.name = in.text(in.count(kCountBits));
+    take_sizes(in, entry);
+    if (!in.ok()) break;
     if (const auto fault = fault_of_name(entry.name))
       return refuse("SZ-2-3", "material " + std::to_string(k) + " has " + *fault);
     if (Status sizes = check_sizes(entry); !sizes) return named(entry.name, sizes.error());
@@ -294,7 +254,7 @@ Status BundleReader::parse_index(std::span<const std::byte> index, bool newer_mi
     }
     entries_.push_back(std::move(entry));
   }
-  if (!counts.ok()) return refuse("SZ-2-1", "the index is cut off, or a count in it is not written as it must be");
+  if (!in.ok()) return refuse("SZ-2-1", "the index is cut off, or a count in it is not written as it must be");
   if (in.remaining() != 0 && !newer_minor) {
     return refuse("SZ-2-1", std::to_string(in.remaining()) + " bytes behind the end of the index");
   }
@@ -302,7 +262,7 @@ Status BundleReader::parse_index(std::span<const std::byte> index, bool newer_mi
 }
 
 Status BundleReader::place_materials(bool newer_minor) {
-  std::uint64_t offset = kHeaderSize + index_size_;
+  std::uint64_t offset = kBundleHeaderSize + index_size_;
   // Never a sum that could wrap.
   const auto pass = [&](std::uint64_t size) {
     const bool fits = size <= source_->size() - offset;
@@ -340,7 +300,7 @@ Result<std::span<const std::byte>> BundleReader::dictionary() const {
   if (dictionary_size_ == 0) return std::span<const std::byte>();
   const std::scoped_lock lock(dictionary_->mutex);
   if (!dictionary_->bytes) {
-    const std::uint64_t offset = kHeaderSize + index_size_;
+    const std::uint64_t offset = kBundleHeaderSize + index_size_;
     Result<Bytes> bytes = read_range(*source_, offset, dictionary_size_ + kChecksumSize);
     if (!bytes) return bytes.error();
     const auto content = std::span(*bytes).first(static_cast<std::size_t>(dictionary_size_));
@@ -379,8 +339,7 @@ Result<std::vector<std::byte>> BundleReader::head(const BundleEntry& entry) cons
 Result<std::unique_ptr<ByteSource>> BundleReader::material(const BundleEntry& entry) const {
   const Result<Bytes> unpacked = head(entry);
   if (!unpacked) return named(entry.name, unpacked.error());
-  return std::unique_ptr<ByteSource>(
-      std::make_unique<MaterialSource>(*source_, front_of_file(entry, *unpacked), entry));
+  return std::unique_ptr<ByteSource>(std::make_unique<MaterialSource>(*source_, front_of_file(*unpacked), entry));
 }
 
 Result<std::unique_ptr<ByteSource>> BundleReader::material(std::string_view name) const {

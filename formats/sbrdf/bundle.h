@@ -20,8 +20,8 @@ namespace sbrdf::internal {
 inline constexpr std::array<std::uint8_t, 8> kBundleMagic = {0x89, 'S', 'B', 'R', 'D', 'Z', 0x0D, 0x0A};
 inline constexpr std::uint16_t kBundleMajor = 1;
 inline constexpr std::uint16_t kBundleMinor = 0;
-/// Of the payload of a first chunk that goes into a head [bytes]; a larger one stays in the body.
-inline constexpr std::size_t kMostHeadChunk = std::size_t{1} << 20U;
+inline constexpr std::size_t kBundleHeaderSize = 32;
+inline constexpr std::uint32_t kMaxBundleIndexSize = 1U << 24U;
 inline constexpr std::uint64_t kMostMaterials = std::uint64_t{1} << 20U;
 
 /// True when the magic is there, whatever follows.
@@ -31,13 +31,12 @@ inline constexpr std::uint64_t kMostMaterials = std::uint64_t{1} << 20U;
 struct BundleEntry {
   std::string name;
   std::uint32_t index_size = 0;   ///< of the file's index
-  std::uint32_t chunk_size = 0;   ///< of the payload of the file's first chunk; 0 where it is in the body
   std::uint32_t stored_size = 0;  ///< of the head in the bundle, without its checksum
   std::uint64_t body_size = 0;
   std::uint64_t offset = 0;  ///< in the bundle, of the head; checksum and body follow
 
-  /// Of the head once decompressed: major, minor, index and payload.
-  [[nodiscard]] std::uint64_t head_size() const { return std::uint64_t{4} + index_size + chunk_size; }
+  /// Of the head once decompressed: major, minor and index.
+  [[nodiscard]] std::uint64_t head_size() const { return std::uint64_t{2} + index_size; }
   [[nodiscard]] bool is_compressed() const { return stored_size < head_size(); }
   /// Of the `.sbrdf` file.
   [[nodiscard]] std::uint64_t file_size() const;
@@ -96,14 +95,13 @@ class BundleReader {
 struct BundleInput {
   std::string name;
   std::span<const std::byte> file;
-  std::uint32_t first_chunk_size = 0;  ///< as in the file's index, checksum included; 0 for none
 };
 
 /// Whether a material may have this name [SZ-2-3]: kUsage, with the reason, otherwise.
 [[nodiscard]] Status check_material_name(std::string_view name);
 
 /// The bytes of a bundle, whatever the order of the inputs. kUsage without inputs, for a name that may not be or is
-/// there twice; kInvalidFile where header, index or first chunk of a file are damaged; kUnsupported for what a bundle
+/// there twice; kInvalidFile where the head of a file is damaged; kUnsupported for what a bundle
 /// has no room for. Messages name the material.
 [[nodiscard]] Result<std::vector<std::byte>> emit_bundle(std::span<const BundleInput> inputs);
 

@@ -11,11 +11,6 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-void put_count(ByteWriter& out, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U) out.number(static_cast<std::uint8_t>(value | 0x80U));
-  out.number(static_cast<std::uint8_t>(value));
-}
-
 /// A material on its way into a bundle.
 struct Packed {
   BundleEntry entry;
@@ -29,27 +24,13 @@ Result<Packed> take_apart(const BundleInput& input) {
   const MemorySource source(input.file);
   const Result<ContainerHead> container = read_head(source);
   if (!container) return container.error();
-  Bytes payload;
-  std::uint64_t body_offset = container->chunks_offset();
-  if (input.first_chunk_size > 0 && input.first_chunk_size <= kMostHeadChunk + kChecksumSize) {
-    Result<Bytes> chunk = read_chunk(source, body_offset, input.first_chunk_size);
-    if (!chunk) return chunk.error();
-    payload = *std::move(chunk);
-    body_offset += input.first_chunk_size;
-  }
   Packed packed;
-  packed.body = input.file.subspan(static_cast<std::size_t>(body_offset));
-  packed.entry = {input.name,
-                  static_cast<std::uint32_t>(container->index.size()),
-                  static_cast<std::uint32_t>(payload.size()),
-                  0,
-                  packed.body.size(),
-                  0};
+  packed.body = input.file.subspan(static_cast<std::size_t>(container->chunks_offset()));
+  packed.entry = {input.name, static_cast<std::uint32_t>(container->index.size()), 0, packed.body.size(), 0};
   ByteWriter head;
   head.number(container->major);
   head.number(container->minor);
   head.bytes(container->index);
-  head.bytes(payload);
   packed.head = std::move(head).take();
   return packed;
 }
@@ -97,15 +78,14 @@ Bytes pack_heads(std::vector<Packed>& all) {
 
 Bytes emit_index(const std::vector<Packed>& all, std::size_t dictionary_size) {
   ByteWriter out;
-  put_count(out, all.size());
-  put_count(out, dictionary_size);
+  out.count(all.size());
+  out.count(dictionary_size);
   for (const Packed& packed : all) {
-    put_count(out, packed.entry.name.size());
+    out.count(packed.entry.name.size());
     out.text(packed.entry.name);
-    put_count(out, packed.entry.index_size);
-    put_count(out, packed.entry.chunk_size);
-    put_count(out, packed.entry.stored_size);
-    put_count(out, packed.entry.body_size);
+    out.count(packed.entry.index_size);
+    out.count(packed.entry.stored_size);
+    out.count(packed.entry.body_size);
   }
   return std::move(out).take();
 }
@@ -131,8 +111,9 @@ Result<std::vector<std::byte>> emit_bundle(std::span<const BundleInput> inputs) 
   if (!all) return all.error();
   const Bytes dictionary = pack_heads(*all);
   const Bytes index = emit_index(*all, dictionary.size());
-  if (index.size() > kMaxIndexSize) return unsupported("the index is larger than 2^24 bytes");
-  std::uint64_t file_size = kHeaderSize + index.size() + (dictionary.empty() ? 0 : dictionary.size() + kChecksumSize);
+  if (index.size() > kMaxBundleIndexSize) return unsupported("the index is larger than 2^24 bytes");
+  std::uint64_t file_size =
+      kBundleHeaderSize + index.size() + (dictionary.empty() ? 0 : dictionary.size() + kChecksumSize);
   for (const Packed& packed : *all) file_size += packed.entry.bundled_size();
   Bytes file = emit_header(index, file_size);
   const auto append = [&file](std::span<const std::byte> bytes) {

@@ -9,7 +9,18 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kHeaderChecked = kHeaderSize - kChecksumSize;  // the header's own checksum stands at its end
+constexpr std::size_t kVersionEnd = kContainerMagic.size() + 2;
+constexpr unsigned kSizeBits = 28;  // of index_size: four bytes at most
+constexpr std::size_t kMostHeader = kVersionEnd + kSizeBits / 7;
+
+std::vector<std::byte> emit_header(std::uint64_t index_size, std::uint8_t major, std::uint8_t minor) {
+  ByteWriter out;
+  out.bytes(std::as_bytes(std::span(kContainerMagic)));
+  out.number(major);
+  out.number(minor);
+  out.count(index_size);
+  return std::move(out).take();
+}
 
 }  // namespace
 
@@ -22,42 +33,45 @@ std::uint32_t checksum(std::span<const std::byte> bytes) {
   return static_cast<std::uint32_t>(crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
+std::uint64_t head_size_of(std::uint64_t index_size) {
+  return emit_header(index_size, kContainerMajor, kContainerMinor).size() + index_size + kChecksumSize;
+}
+
 Result<ContainerHead> read_head(const ByteSource& source) {
-  Result<std::vector<std::byte>> header = read_range(source, 0, std::min<std::uint64_t>(kHeaderSize, source.size()));
-  if (!header) return header.error();
-  if (!is_container(*header)) return invalid_file("[SB-1-1] not a sliced BRDF file: wrong magic", 0);
-  ByteReader in(*header);
+  const Result<std::vector<std::byte>> start = read_start(source, kMostHeader);
+  if (!start) return start.error();
+  if (!is_container(*start)) return invalid_file("[SB-1-1] not a sliced BRDF file: wrong magic", 0);
+  const Error truncated = invalid_file("[SB-1-4] truncated: the file ends within its head", source.size());
+  ByteReader in(*start);
   in.bytes(kContainerMagic.size());
   ContainerHead head;
-  head.major = in.u16();
-  head.minor = in.u16();
-  const std::uint32_t index_size = in.u32();
-  const std::uint64_t file_size = in.u64();
-  const std::uint32_t index_checksum = in.u32();
-  const std::uint32_t header_checksum = in.u32();
-  if (!in.ok()) return invalid_file("[SB-1-4] truncated: the header has 32 bytes", source.size());
+  head.major = in.u8();
+  head.minor = in.u8();
+  if (!in.ok()) return truncated;
   // First of all: what follows may mean something else in another version.
   if (head.major > kContainerMajor || head.major == 0) {
     return Error{ErrorCode::kUnsupported,
-                 "[SB-1-3] version " + head.version() + " of the format; this program reads version 1", 8};
+                 "[SB-1-3] version " + head.version() + " of the format; this program reads version 1", 4};
   }
-  if (checksum(std::span(*header).first(kHeaderChecked)) != header_checksum) {
-    return invalid_file("[SB-1-2] the header is damaged: its checksum does not match", kHeaderChecked);
+  const std::uint64_t index_size = in.count(kSizeBits);
+  if (!in.ok() && start->size() < kMostHeader) return truncated;
+  if (!in.ok() || index_size > kMaxIndexSize) return invalid_file("[SB-1-5] an index of more than 2^25 bytes", 6);
+  const std::uint64_t head_size = in.offset() + index_size + kChecksumSize;
+  if (head_size > source.size()) return truncated;
+  // What was read already is not read again.
+  std::vector<std::byte> bytes = *start;
+  bytes.resize(static_cast<std::size_t>(head_size));
+  if (head_size > start->size()) {
+    if (Status read = source.read(start->size(), std::span(bytes).subspan(start->size())); !read) return read.error();
   }
-  if (file_size != source.size()) {
-    return invalid_file("[SB-1-4] the file has " + std::to_string(source.size()) + " bytes, its header says " +
-                            std::to_string(file_size),
-                        16);
+  const std::size_t checked = bytes.size() - kChecksumSize;
+  ByteReader end(std::span<const std::byte>(bytes).subspan(checked));
+  if (checksum(std::span(bytes).first(checked)) != end.u32()) {
+    return invalid_file("[SB-1-6] header or index are damaged: their checksum does not match", checked);
   }
-  if (index_size > kMaxIndexSize || index_size > file_size - kHeaderSize) {
-    return invalid_file("[SB-1-5] an index of " + std::to_string(index_size) + " bytes does not fit", 12);
-  }
-  Result<std::vector<std::byte>> index = read_range(source, kHeaderSize, index_size);
-  if (!index) return index.error();
-  if (checksum(*index) != index_checksum) {
-    return invalid_file("[SB-1-6] the index is damaged: its checksum does not match", kHeaderSize);
-  }
-  head.index = *std::move(index);
+  bytes.resize(checked);
+  bytes.erase(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(in.offset()));
+  head.index = std::move(bytes);
   return head;
 }
 
@@ -84,22 +98,19 @@ void append_chunk(std::vector<std::byte>& file, std::span<const std::byte> paylo
   file.insert(file.end(), bytes.begin(), bytes.end());
 }
 
+std::vector<std::byte> emit_head(std::span<const std::byte> index, std::uint8_t major, std::uint8_t minor) {
+  std::vector<std::byte> head = emit_header(index.size(), major, minor);
+  head.insert(head.end(), index.begin(), index.end());
+  std::vector<std::byte> sealed;
+  append_chunk(sealed, head);
+  return sealed;
+}
+
 std::vector<std::byte> emit_container(std::span<const std::byte> index, std::span<const std::byte> chunks,
-                                      std::uint16_t major, std::uint16_t minor) {
-  ByteWriter out;
-  out.bytes(std::as_bytes(std::span(kContainerMagic)));
-  out.number(major);
-  out.number(minor);
-  out.number(static_cast<std::uint32_t>(index.size()));
-  out.number(static_cast<std::uint64_t>(kHeaderSize + index.size() + chunks.size()));
-  out.number(checksum(index));
-  std::vector<std::byte> header = std::move(out).take();
-  ByteWriter file;
-  file.bytes(header);
-  file.number(checksum(header));
-  file.bytes(index);
-  file.bytes(chunks);
-  return std::move(file).take();
+                                      std::uint8_t major, std::uint8_t minor) {
+  std::vector<std::byte> file = emit_head(index, major, minor);
+  file.insert(file.end(), chunks.begin(), chunks.end());
+  return file;
 }
 
 }  // namespace sbrdf::internal

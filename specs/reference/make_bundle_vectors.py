@@ -13,9 +13,10 @@ import zlib
 
 import zstandard
 
+from sbrdf_reference import Container
 from sbrdfz_reference import MAGIC, summary_of
 
-NAMES = ("elevation-crossings-only", "elevation-linear", "guide", "worked-example")
+NAMES = ("elevation-crossings-only", "elevation-isotropic-split", "guide", "worked-example")
 
 
 def count(value):
@@ -33,18 +34,18 @@ def sealed(data):
 class Entry:
     """A material taken apart, with all that the index says of it; any of it may be changed before it is put together."""
 
-    def __init__(self, name, file, chunk_size, dictionary=None):
-        index_size = struct.unpack_from("<I", file, 12)[0]
-        body_at = 32 + index_size + (chunk_size + 4 if chunk_size else 0)
+    def __init__(self, name, file, dictionary=None):
+        container = Container(file)
         self.name = name.encode()
-        self.head = file[8:12] + file[32:32 + index_size + chunk_size]
-        self.index_size, self.chunk_size, self.body = index_size, chunk_size, file[body_at:]
+        self.head = file[4:6] + container.index
+        self.index_size, self.body = len(container.index), file[container.chunks_begin:]
         self.body_size, self.stored = len(self.body), self.head
         if dictionary is not None:
             options = zstandard.ZstdCompressionParameters.from_level(
                 19, write_content_size=0, write_checksum=0, write_dict_id=0)
             data = zstandard.ZstdCompressionDict(dictionary) if dictionary else None
-            self.stored = zstandard.ZstdCompressor(dict_data=data, compression_params=options).compress(self.head)[4:]
+            packed = zstandard.ZstdCompressor(dict_data=data, compression_params=options).compress(self.head)[4:]
+            self.stored = min(self.head, packed, key=len)
         self.stored_size, self.flip = len(self.stored), 0
 
     def changed(self, **fields):
@@ -53,7 +54,7 @@ class Entry:
         return other
 
     def row(self):
-        sizes = (self.index_size, self.chunk_size, self.stored_size, self.body_size)
+        sizes = (self.index_size, self.stored_size, self.body_size)
         return count(len(self.name)) + self.name + b"".join(map(count, sizes))
 
     def content(self):
@@ -78,27 +79,16 @@ def bundle(entries, dictionary=b"", **header):
     return start + struct.pack("<I", zlib.crc32(start) ^ header.get("header_flip", 0)) + index + content
 
 
-def first_chunk_size(file):
-    """Payload of the chunk of metadata: as large as a zstd frame at that place is, found by its checksum."""
-    begin = 32 + struct.unpack_from("<I", file, 12)[0]
-    for end in range(begin + 1, len(file) - 3):
-        if zlib.crc32(file[begin:end]) == struct.unpack_from("<I", file, end)[0]:
-            return end - begin
-    return 0
-
-
 def accepted(files):
-    chunks = {name: first_chunk_size(file) for name, file in files.items()}
-    heads = [Entry(name, file, chunks[name]).head for name, file in files.items()]
+    heads = [Entry(name, file).head for name, file in files.items()]
     raw = heads[0] + heads[1]
     made = zstandard.train_dictionary(1024, [head[k:] for head in heads for k in range(0, 120, 4)], dict_id=7).as_bytes()
 
-    def entries(dictionary=None, chunked=True):
-        return [Entry(name, file, chunks[name] if chunked else 0, dictionary) for name, file in files.items()]
+    def entries(dictionary=None):
+        return [Entry(name, file, dictionary) for name, file in files.items()]
 
     yield "plain", bundle(entries())
     yield "one-material", bundle(entries()[:1])
-    yield "bodies-with-all-chunks", bundle(entries(chunked=False))
     yield "compressed-without-dictionary", bundle(entries(b""))
     yield "raw-dictionary", bundle(entries(raw), raw)
     yield "made-dictionary", bundle(entries(made), made)
@@ -108,9 +98,9 @@ def accepted(files):
 
 
 def rejected(files):
-    first, second = (Entry(name, file, first_chunk_size(file)) for name, file in list(files.items())[:2])
+    first, second = (Entry(name, file) for name, file in list(files.items())[:2])
     raw = first.head + second.head
-    packed = Entry(NAMES[1], files[NAMES[1]], second.chunk_size, raw)
+    packed = Entry(NAMES[1], files[NAMES[1]], raw)
     both = [first, second]
     yield "SZ-1-1-magic", bundle(both, magic=b"\x89SBRDZ\n\n")
     yield "SZ-1-2-header", bundle(both, header_flip=1)
@@ -133,8 +123,7 @@ def rejected(files):
         yield f"SZ-2-3-{what}", bundle([first.changed(name=name)])
     yield "SZ-2-4-falls", bundle([second, first])
     yield "SZ-2-4-twice", bundle([first, first])
-    yield "SZ-2-5-index", bundle([first.changed(index_size=2**24 + 1, stored_size=5000)])
-    yield "SZ-2-5-chunk", bundle([first.changed(chunk_size=2**20 + 1, stored_size=5000)])
+    yield "SZ-2-5-index", bundle([first.changed(index_size=2**25 + 1, stored_size=9000)])
     yield "SZ-2-6-nothing", bundle([first.changed(stored_size=0)])
     yield "SZ-2-6-more", bundle([first.changed(stored_size=len(first.head) + 1)])
     yield "SZ-2-6-too-little", bundle([first.changed(index_size=2**24, stored_size=4000)])

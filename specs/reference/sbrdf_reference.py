@@ -13,6 +13,7 @@ begin with the rule that is broken.
 Slow and plain on purpose: whole numbers are Python's, f64 arithmetic is written out in the order that the page states.
 """
 import argparse
+import contextlib
 import json
 import math
 import struct
@@ -22,22 +23,23 @@ import zlib
 import numpy
 import zstandard
 
-MAGIC = b"\x89SBRDF\r\n"
+MAGIC = b"\x89SBF"
 ELEVATION, HALF_DIFFERENCE = 1, 2
 MAX_STEP = 2**31 - 1
 FRACTIONS = 65536
 RESIDUAL_CONTEXTS, FLAG_CONTEXTS, DISTRIBUTIONS = 66, 48, 112
 KINDS = ("axial", "diagonal", "horizontal", "vertical")
 DICTIONARY = (
-    b'"findings":[{"what":"negative stored rgb values","count":,"total":}]"symmetrised":true,"refinement":"measured",'
-    b'"domain":"linear","colour":"channels as in the source, linear",{"source":{"format":"merl","description":"MERL '
-    b'table, isotropic, half/difference angles","sha256":"{"source":{"format":"kurt","description":"Kurt model , 2 '
-    b'lobes"},"command":"sbrdf convert kurt:{"source":{"format":"rgl","description":"RGL material, isotropic, RGB",'
-    b'"sha256":""command":"sbrdf convert .bsdf .sbrdf --samples --precision 0.1% --placement 14/36","quantity":"f_r, '
-    b'1/sr, without cosine","colour":"channels as in the source, linear","precision_percent":0.1,"symmetrised":false,'
-    b'"reciprocity_residual_percent":0.0,"refinement":"true","zero_values":0,"negative_values":0,"error":'
-    b'{"mre_percent":0.,"rel_l1_percent":0.,"directions":12000,"measured_on":"random directions that took no part in '
-    b'any choice, theta up to 80 degrees"}}')
+    b'"zero_values":0,"negative_values":0,"symmetrised":true,"reciprocity_residual_percent":0.0,"error_bef'
+    b'ore_rounding":{"coded_before_percent":[0.1],"error_of_whole":{"extracted":{"theta_max_deg":,"max_lev'
+    b'el":,"difference_from_whole_percent":"extracted_before":[{"values_all_zero":true"findings":[{"what":'
+    b'"negative stored rgb values","count":,"total":}],"refinement":"measured","description":"MERL table, '
+    b'isotropic, half/difference angles","description":"Kurt model , 2 lobes","command":"sbrdf convert kur'
+    b't:.bsdf .sbrdf --metadata full --samples --precision 0.1% --placement 14/36","symmetrised":false,"re'
+    b'finement":"true","zero_values":0,"negative_values":0,"directions":12000,"measured_on":"random direct'
+    b'ions that took no part in any choice, theta up to 80 degrees"}}{"source":{"format":"merl","sha256":"'
+    b'{"source":{"format":"kurt"},"error":{"mre_percent":0.{"source":{"format":"rgl","sha256":""},"recipro'
+    b'city_residual_percent":,"error":{"mre_percent":0.,"rel_l1_percent":0.}}')
 
 
 class Refused(Exception):
@@ -69,22 +71,37 @@ def as_f32(x):
 # ---- 1. Container ----------------------------------------------------------------------------------------------------
 
 
+def count_in(data, at, clause, most=2**32):
+    """A number and where the next field begins."""
+    value, shift = 0, 0
+    while True:
+        need(at < len(data), clause, "the file ends within a count")
+        byte = data[at]
+        at += 1
+        value |= (byte & 127) << shift
+        need(value < most and shift < 35, clause, f"a count of {most} or more")
+        if byte < 128:
+            need(byte != 0 or shift == 0, clause, "a count with a needless byte")
+            return value, at
+        shift += 7
+
+
 class Container:
     """Header fields, the bytes of the index, and the whole file for its chunks."""
 
     def __init__(self, file):
-        need(file[:8] == MAGIC, "SB-1-1", "not a sliced BRDF file")
-        need(len(file) >= 32, "SB-1-4", "the file ends within its header")
-        (self.major, self.minor, index_size, file_size, index_checksum,
-         header_checksum) = struct.unpack_from("<HHIQII", file, 8)
-        need(zlib.crc32(file[:28]) == header_checksum, "SB-1-2", "checksum of the header")
+        need(file[:4] == MAGIC, "SB-1-1", "not a sliced BRDF file")
+        need(len(file) >= 6, "SB-1-4", "the file ends within its header")
+        self.major, self.minor = file[4:6]
         known(self.major == 1, "SB-1-3", f"major version {self.major}")
-        need(file_size == len(file), "SB-1-4", f"{len(file)} bytes, the header says {file_size}")
-        need(index_size <= min(2**24, len(file) - 32), "SB-1-5", f"index of {index_size} bytes")
-        self.index = file[32:32 + index_size]
-        need(zlib.crc32(self.index) == index_checksum, "SB-1-6", "checksum of the index")
+        need(len(file) >= 10, "SB-1-4", "the file ends within its head")
+        size, at = count_in(file, 6, "SB-1-5", 2**25 + 1)
+        end = at + size
+        need(len(file) >= end + 4, "SB-1-4", "the file ends within its head")
+        need(zlib.crc32(file[:end]) == struct.unpack_from("<I", file, end)[0], "SB-1-6", "checksum of the head")
+        self.index = file[at:end]
         self.file = file
-        self.chunks_begin = 32 + index_size
+        self.chunks_begin = end + 4
 
 
 def payload_of(chunk):
@@ -117,16 +134,13 @@ class IndexReader:
     def number(self, form):
         return self.numbers(form, 1)[0]
 
-    def count(self):
-        value, shift = 0, 0
-        while True:
-            byte = self.number("B")
-            value |= (byte & 127) << shift
-            need(value < 2**32 and shift <= 28, "SB-2-1", "a count of 2^32 or more")
-            if byte < 128:
-                need(byte != 0 or shift == 0, "SB-2-1", "a count with a needless byte")
-                return value
-            shift += 7
+    def count(self, most=2**32):
+        value, self.at = count_in(self.data, self.at, "SB-2-1", most)
+        return value
+
+    def signed(self):
+        folded = self.count(2**33)
+        return folded // 2 if folded % 2 == 0 else -(folded + 1) // 2
 
 
 class Index:
@@ -135,59 +149,78 @@ class Index:
     def __init__(self, container):
         reader = IndexReader(container.index)
         self.read_frame(reader)
-        self.read_channels(reader)
-        self.read_amounts(reader, len(container.file))
+        self.parts = reader.number("B")
+        known(self.parts < 32, "SB-2-16", f"parts {self.parts}")
+        known(self.frame == HALF_DIFFERENCE or not self.parts & 8, "SB-2-16", "theta_max in the elevation frame")
+        self.theta_max = 80.0 if self.frame == HALF_DIFFERENCE else self.nodes[3][-1]
+        if self.parts & 8:
+            self.theta_max = reader.count() / 100
+        self.mask = None
+        if self.parts & 16:
+            self.read_mask(reader)
         self.read_precision(reader)
+        self.read_channels(reader)
+        self.read_amounts(reader)
         self.read_statistics(reader)
+        self.read_metadata(reader)
         self.read_layout(reader)
         if container.minor == 0:
             need(reader.left() == 0, "SB-2-1", f"{reader.left()} bytes behind the index")
+        self.check_nodes()
+        self.check_amounts(len(container.file))
 
     def read_frame(self, reader):
-        self.frame = reader.number("B")
+        bits = reader.number("B")
+        self.frame, self.symmetries = bits & 15, bits >> 4
         known(self.frame in (ELEVATION, HALF_DIFFERENCE), "SB-2-2", f"frame {self.frame}")
-        self.symmetries = reader.number("B")
-        allowed = 7 + 32 + (16 if self.frame == HALF_DIFFERENCE else 0)
-        known(self.symmetries & ~allowed == 0, "SB-2-3", f"symmetries {self.symmetries}")
-        self.nodes = [self.read_nodes(reader) for _ in range(4)]
-        self.theta_max = 80.0 if self.frame == HALF_DIFFERENCE else self.nodes[3][-1]
-        if self.symmetries & 16:
-            self.theta_max = reader.count() / 100
-            need(0 < self.theta_max <= 90, "SB-2-4", f"theta_max {self.theta_max}")
-        self.mask = None
-        if self.symmetries & 32:
-            self.read_mask(reader)
-        self.symmetries &= 7
-        self.check_nodes()
-
-    def read_mask(self, reader):
-        frame = reader.number("B")
-        known(frame in (1, 2), "SB-2-16", f"mask of frame {frame}")
-        counts = [reader.count() for _ in range(4)]
-        need(all(1 <= count <= 4096 for count in counts), "SB-2-16", f"mask of {counts} cells")
-        need(math.prod(counts) <= 2**26, "SB-2-16", f"mask of {counts} cells")
-        size = reader.count()
-        need(1 <= size <= 2**27, "SB-2-16", f"mask of {size} bytes")
-        self.mask = (frame, counts, size)
+        known(self.symmetries < 8, "SB-2-3", f"symmetries {self.symmetries}")
+        turns = (360, 360 if self.frame == ELEVATION else 180, None, None)
+        self.nodes = []
+        for axis, turn in enumerate(turns):
+            if axis == 0 and self.isotropic:
+                self.nodes.append([0.0])
+            elif axis == 3 and self.frame == ELEVATION:
+                self.nodes.append(self.nodes[2])
+            else:
+                self.nodes.append(self.read_nodes(reader, turn))
 
     @property
     def isotropic(self):
         return bool(self.symmetries & 1)
 
+    @property
+    def whole(self):
+        return not self.parts & 2
+
     @staticmethod
-    def read_nodes(reader):
-        form = reader.number("B")
+    def read_nodes(reader, turn):
         count = reader.count()
-        need(form <= 2, "SB-2-4", f"form {form} of nodes")
+        form = reader.number("B")
         need(1 <= count <= 4096, "SB-2-4", f"{count} nodes")
-        if form == 0:
-            step = reader.number("d")
-            return [k * step for k in range(count)]
-        if form == 1:
-            return [x / 100 for x in reader.numbers("H", count)]
-        return list(reader.numbers("d", count))
+        equal, unit = 32 <= form < 64, form - 32 if 32 <= form < 64 else form
+        need(unit <= 20 or (unit == 64 and turn) or unit in (65, 66), "SB-2-4", f"form {form} of nodes")
+        if unit == 64:
+            return [k * (turn / count) for k in range(count)]
+        if unit == 66:
+            return list(reader.numbers("d", count))
+        whole, difference = [0], 0
+        for k in range(1, count):
+            difference = difference if equal and k > 1 else reader.count()
+            whole.append(whole[-1] + difference)
+        return [x / 100 if unit == 65 else x / 2**unit for x in whole]
+
+    def read_mask(self, reader):
+        frame = reader.number("B")
+        counts = [reader.count() for _ in range(4)]
+        size = reader.count()
+        known(frame in (1, 2), "SB-2-17", f"mask of frame {frame}")
+        need(all(1 <= count <= 4096 for count in counts), "SB-2-17", f"mask of {counts} cells")
+        need(math.prod(counts) <= 2**26, "SB-2-17", f"mask of {counts} cells")
+        need(1 <= size <= 2**27, "SB-2-17", f"mask of {size} bytes")
+        self.mask = (frame, counts, size)
 
     def check_nodes(self):
+        need(0 < self.theta_max <= 90, "SB-2-4", f"theta_max {self.theta_max}")
         diagonal_end = 360 if self.frame == ELEVATION else 180
         for axis, nodes in enumerate(self.nodes):
             need(all(math.isfinite(x) for x in nodes), "SB-2-4", f"axis {axis}: nodes are not finite")
@@ -196,10 +229,8 @@ class Index:
             greatest = (360 - 0.001, diagonal_end - 0.001, 90, 90)[axis]
             need(nodes[-1] <= greatest, "SB-2-4", f"axis {axis} ends with {nodes[-1]}")
         if self.frame == ELEVATION:
-            need(self.nodes[2] == self.nodes[3], "SB-2-4", "axes 2 and 3 differ")
             places = {rounded(u) for u in self.nodes[1]}
             need(all(rounded(360 - u) in places for u in self.nodes[1][1:]), "SB-2-4", "no node at 360 less another")
-        need(not self.isotropic or len(self.nodes[0]) == 1, "SB-2-4", "isotropic with several nodes on axis 0")
         points = math.prod(len(axis) for axis in padded_axes(self.frame, self.isotropic, self.nodes))
         known(points <= 2**21, "SB-2-4", f"{points} lattice points")
 
@@ -207,53 +238,45 @@ class Index:
         self.domain = reader.number("B")
         known(self.domain in (1, 2), "SB-2-5", f"domain {self.domain}")
         count = reader.count()
-        need(1 <= count <= 4096, "SB-2-6", f"{count} channels")
-        self.channels = []
+        need(count <= 4096, "SB-2-6", f"{count} channels")
+        self.channels = [] if count else ["R", "G", "B"]
         for _ in range(count):
             self.channels.append(reader.take(reader.count()).decode("utf-8", errors="replace"))
-        self.references, self.floors = [], []
+        self.ranges = []
+        for _ in self.channels:
+            least = reader.signed()
+            values = [self.scale.value(step, "SB-2-8") for step in (least, least + reader.count())]
+            self.ranges.append(values)
+        self.references, self.halvings = [], None
         if self.domain == 2:
-            self.references = list(reader.numbers("f", count))
-            self.floors = list(reader.numbers("f", count))
-            for x in self.references + self.floors:
-                need(math.isfinite(x) and x > 0, "SB-2-7", f"reference or floor {x}")
-        self.ranges = [reader.numbers("f", 2) for _ in range(count)]
-        for least, greatest in self.ranges:
-            need(math.isfinite(least) and math.isfinite(greatest) and least <= greatest, "SB-2-8",
-                 f"range {least} to {greatest}")
+            for _ in self.channels:
+                self.references.append(self.scale.value(reader.count(), "SB-2-7"))
+                need(self.references[-1] > 0, "SB-2-7", f"reference {self.references[-1]}")
+            self.halvings = reader.number("B")
 
-    def read_amounts(self, reader, file_size):
-        kind = reader.number("B")
-        known(kind <= 1, "SB-2-9", f"guide {kind}")
+    def read_amounts(self, reader):
         self.guide_ratio, self.guide_count = None, 0
-        if kind == 1:
-            self.guide_ratio = reader.number("d")
+        if self.parts & 1:
+            self.guide_ratio = 1.0 if self.isotropic else reader.number("d")
             self.guide_count = reader.count()
             need(0.001 <= self.guide_ratio <= 1000, "SB-2-9", f"guide of ratio {self.guide_ratio}")
             need(self.guide_count <= 2**20, "SB-2-9", f"guide of {self.guide_count} samples")
             need(self.frame == HALF_DIFFERENCE and self.domain == 2, "SB-2-9", "guide in this frame or domain")
         self.sample_count = reader.count()
         need(self.sample_count <= 2**26, "SB-2-14", f"{self.sample_count} samples")
+
+    def check_amounts(self, file_size):
         sizes = [len(nodes) for nodes in self.nodes]
         crossings = sizes[0] * sizes[1] * max(1, sizes[2] - 1) * max(1, sizes[3] - 1) // 8
         values = (crossings + self.sample_count + self.guide_count) * len(self.channels)
         need(values <= 65536 + 1536 * file_size, "SB-2-14", f"{values} values in {file_size} bytes")
 
     def read_precision(self, reader):
-        precision = reader.number("B")
-        known(precision <= 1, "SB-2-10", f"precision {precision}")
-        self.lossless = precision == 0
-        self.bound = 0.0
-        self.per_octave = 2**23
-        if not self.lossless:
-            self.bound = reader.number("d")
-            self.per_octave = reader.count()
-            self.step_ratio = reader.number("d")
-            self.lowest = reader.number("i")
-            need(0 < self.bound < 1, "SB-2-11", f"bound {self.bound}")
-            need(1 <= self.per_octave <= 2**20, "SB-2-11", f"{self.per_octave} steps per octave")
-            need(1 < self.step_ratio <= 2, "SB-2-11", f"ratio {self.step_ratio}")
-            need(abs(self.lowest) <= 2**29, "SB-2-11", f"lowest step {self.lowest}")
+        millionths = reader.count()
+        need(millionths <= 500000, "SB-2-11", f"bound of {millionths} millionths")
+        lowest = reader.signed() if millionths else 0
+        need(abs(lowest) <= 2**29, "SB-2-11", f"lowest step {lowest}")
+        self.scale = StepScale(millionths, lowest)
 
     def read_statistics(self, reader):
         self.base_channel = reader.count()
@@ -262,25 +285,47 @@ class Index:
         need(self.activity_shift <= 31, "SB-2-12", f"activity shift {self.activity_shift}")
         self.token_count = reader.number("B")
         need(16 <= self.token_count <= 74, "SB-2-12", f"{self.token_count} tokens")
-        self.distributions = self.read_used(reader, RESIDUAL_CONTEXTS)
-        need(all(d is None or d < DISTRIBUTIONS for d in self.distributions), "SB-2-12", "number of a distribution")
-        self.flags = self.read_used(reader, FLAG_CONTEXTS)
+        self.distributions = []
+        for group in range(4):
+            used = (group < 2 or self.sample_count) and (group % 2 == 0 or len(self.channels) > 1)
+            self.distributions += self.read_group(reader) if used else [0] * 16
+        self.distributions += [reader.number("B") if self.parts & 1 else 0 for _ in range(2)]
+        need(max(self.distributions) < DISTRIBUTIONS, "SB-2-12", "number of a distribution")
+        self.flags = [0] * FLAG_CONTEXTS
+        if self.sample_count or self.parts & 1:
+            bits = reader.number("B")
+            depths, each = bits & ~8, bool(bits & 8)
+            need(depths <= 6, "SB-2-12", f"flags of {depths} depths")
+            for k in range(8 * depths):
+                self.flags[k] = reader.number("B") if each or k % 8 == 0 else self.flags[k - 1]
 
     @staticmethod
-    def read_used(reader, contexts):
-        """One u8 for each context that is used, None for the others."""
-        used = reader.take((contexts + 7) // 8)
-        return [reader.number("B") if used[k // 8] >> (k % 8) & 1 else None for k in range(contexts)]
+    def read_group(reader):
+        bits = reader.number("B")
+        packed = reader.take(8) if bits & 128 else bytes([0x88] * 8)
+        off = [nibble - 8 for byte in packed for nibble in (byte & 15, byte >> 4)]
+        widths = [min(max((bits & 63) + c - 16 + off[c], 0), 55) for c in range(16)]
+        return [2 * width + (bits >> 6 & 1) for width in widths]
+
+    def read_metadata(self, reader):
+        self.metadata, self.metadata_size = b"", 0
+        if self.parts & 4:
+            self.metadata_size = reader.count()
+            packed = reader.count()
+            need(self.metadata_size <= 2**24, "SB-2-15", f"metadata of {self.metadata_size} bytes")
+            self.metadata = reader.take(packed)
 
     def read_layout(self, reader):
+        self.pieces, self.blocks = [1], [[0] * 4] * 5
+        if self.whole:
+            self.chunk_sizes = [reader.count() for _ in range(1 + (self.mask is not None))]
+            return
         count = reader.count()
         need(1 <= count <= 16, "SB-2-13", f"{count} pieces")
         self.pieces = list(reader.numbers("B", count))
         rising = all(a < b for a, b in zip(self.pieces, self.pieces[1:]))
         need(self.pieces[0] == 1 and rising and self.pieces[-1] <= 16, "SB-2-13", f"pieces {self.pieces}")
         self.blocks = [[reader.count() for _ in range(4)] for _ in range(5)]
-        self.metadata_size = reader.count()
-        need(self.metadata_size <= 2**24, "SB-2-15", f"metadata of {self.metadata_size} bytes")
         count = reader.count()
         need(count <= reader.left(), "SB-2-15", f"{count} chunks")
         self.chunk_sizes = [reader.count() for _ in range(count)]
@@ -547,6 +592,7 @@ def blocks_of(members, block_sizes):
 def payloads(container, index, count):
     """Payload of every chunk, None for one left out."""
     sizes = index.chunk_sizes
+    count = (1 if index.whole else count) + (index.mask is not None)
     need(len(sizes) == count, "SB-3-1", f"{len(sizes)} chunks, {count} expected")
     end = container.chunks_begin + sum(sizes)
     exact = end == len(container.file) if container.minor == 0 else end <= len(container.file)
@@ -564,14 +610,34 @@ def payloads(container, index, count):
 class StepScale:
     """Values of steps."""
 
-    def __init__(self, index):
-        self.lossless = index.lossless
-        if not self.lossless:
-            self.per_octave = index.per_octave
-            self.lowest = index.lowest
-            self.series = [1.0]
-            while len(self.series) < self.per_octave:
-                self.series.append(self.series[-1] * index.step_ratio)
+    def __init__(self, millionths, lowest):
+        self.lossless = millionths == 0
+        self.bound = millionths / 1e6
+        self.per_octave = 2**23
+        if self.lossless:
+            return
+        self.lowest = lowest
+        left = self.bound - 2.0**-24
+        widest = (1 + left) / (1 - left)
+        self.per_octave, reached = 0, 1.0
+        while reached < 2:
+            self.per_octave, reached = self.per_octave + 1, reached * widest
+        self.step_ratio = self.root_of_two()
+        self.series = [1.0]
+        while len(self.series) < self.per_octave:
+            self.series.append(self.series[-1] * self.step_ratio)
+        self.guide_step = 2.0**-(1 + self.per_octave.bit_length())
+
+    def root_of_two(self):
+        low, high = 1.0, 2.0
+        while True:
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                return high
+            product = 1.0
+            for _ in range(self.per_octave):
+                product = product * middle
+            low, high = (middle, high) if product < 2 else (low, middle)
 
     def magnitude(self, step):
         if step == 0:
@@ -584,13 +650,13 @@ class StepScale:
         except OverflowError:
             return math.inf
 
-    def value(self, step):
+    def value(self, step, clause="SB-8-4"):
         magnitude = self.magnitude(abs(step))
-        need(math.isfinite(magnitude), "SB-8-4", "a value is not finite")
+        need(abs(step) <= MAX_STEP and math.isfinite(magnitude), clause, "a value is not finite")
         return -magnitude if step < 0 else magnitude
 
     def guide_value(self, step):
-        return self.value(step) if self.lossless else as_f32(step / 2048)
+        return self.value(step) if self.lossless else as_f32(step * self.guide_step)
 
 
 # ---- 5. Entropy coding -----------------------------------------------------------------------------------------------
@@ -663,7 +729,6 @@ class Stream:
             self.next_word += 1
 
     def flag(self, probability):
-        need(probability, self.clause, "an unused flag context")
         yes = (self.state & 4095) < 16 * probability
         self.advance(*((0, 16 * probability) if yes else (16 * probability, 4096 - 16 * probability)))
         return yes
@@ -679,7 +744,6 @@ class Stream:
         return value
 
     def residual(self, table):
-        need(table is not None, self.clause, "an unused residual context")
         token, start, frequency = table.places[self.state & 4095]
         self.advance(start, frequency)
         first, bits = token_span(token)
@@ -749,9 +813,9 @@ class SampleCoder:
         self.base = index.base_channel
         self.channel_count = len(index.channels)
         self.shift = index.activity_shift + 3
-        self.start_term = (index.per_octave / 12) * (index.per_octave / 12)
-        tables = {d: TokenTable(distribution(d, index.token_count)) for d in set(index.distributions) - {None}}
-        self.tables = [tables.get(d) for d in index.distributions]
+        self.start_term = (index.scale.per_octave / 12) * (index.scale.per_octave / 12)
+        tables = {d: TokenTable(distribution(d, index.token_count)) for d in set(index.distributions)}
+        self.tables = [tables[d] for d in index.distributions]
         self.flags = index.flags
 
     def activity_class(self, activity):
@@ -859,11 +923,10 @@ class CrossingReader:
             elif last is not None:
                 stencil = Stencil([last], [1.0], spread_of([0]))
             else:
-                stencil = Stencil([], [], 0)
+                stencil = Stencil([], [], spread_of([]))
             stencil.spread *= 2
             self.samples[number] = last = Sample(*self.coder.channels(stream, stencil, 0, 16))
             coded.add(number)
-        stream.end()
 
 
 # ---- 7. Samples on slices --------------------------------------------------------------------------------------------
@@ -919,10 +982,8 @@ class SampledSlice:
         return [sample for sample in self.known if sample.depth > 0]
 
 
-def read_guide(payload, index, coder):
+def read_guide(stream, index, coder):
     """The guide's samples in order of position, its nodes included."""
-    need(payload is not None, "SB-1-7", "the guide's chunk is left out")
-    stream = Stream(payload, "SB-8-2")
     positions, nodes = index.nodes[3], []
     for k, position in enumerate(positions):
         need(k < index.guide_count, "SB-8-2", "more nodes than samples of the guide")
@@ -932,7 +993,6 @@ def read_guide(payload, index, coder):
     for depth in range(1, 17):
         guide.read_depth(stream, coder, depth, (65, 65, False))
         need(len(guide.known) <= index.guide_count, "SB-8-2", "more samples of the guide than stated")
-    stream.end()
     need(len(guide.known) == index.guide_count, "SB-8-2", "fewer samples of the guide than stated")
     return guide.known
 
@@ -1004,21 +1064,17 @@ class GuideSteps:
 # ---- 8. Metadata -----------------------------------------------------------------------------------------------------
 
 
-def read_metadata(payload, size):
+def read_metadata(packed, size):
     """The JSON object; text that is none as it is, None where there is no metadata."""
-    if payload is None:
-        need(size == 0, "SB-1-7", "the metadata's chunk is left out")
+    if size == 0:
         return None
     try:
-        stated = zstandard.get_frame_parameters(payload).content_size
-        need(stated == size, "SB-8-5", f"metadata of {stated} bytes, the index says {size}")
-        dictionary = zstandard.ZstdCompressionDict(DICTIONARY, dict_type=zstandard.DICT_TYPE_RAWCONTENT)
-        decompressor = zstandard.ZstdDecompressor(dict_data=dictionary).decompressobj()
-        text = decompressor.decompress(payload)
-        whole = decompressor.eof and not decompressor.unused_data and len(text) == size
-        need(whole, "SB-8-5", "metadata is not one frame")
-    except zstandard.ZstdError as error:
+        decompressor = zlib.decompressobj(wbits=-15, zdict=DICTIONARY)
+        text = decompressor.decompress(packed)
+    except zlib.error as error:
         raise Refused("SB-8-5", f"metadata: {error}") from None
+    whole = decompressor.eof and not decompressor.unused_data and len(text) == size
+    need(whole, "SB-8-5", f"metadata of {len(text)} bytes, the index says {size}")
     try:
         return json.loads(text.decode("utf-8"))
     except ValueError:
@@ -1060,7 +1116,7 @@ class Decoded:
         self.index = Index(self.container)
         self.lattice = Lattice(self.index)
         self.coder = SampleCoder(self.index)
-        self.scale = StepScale(self.index)
+        self.scale = self.index.scale
         self.read_chunks()
         self.make_values()
 
@@ -1071,25 +1127,47 @@ class Decoded:
         for kind in range(4):
             members = [(number, piece.indices) for number, piece in enumerate(lattice.slices) if piece.kind == kind]
             slice_blocks += blocks_of(members, index.blocks[kind])
-        count = 2 + len(crossing_blocks) + len(index.pieces) * len(slice_blocks) + (index.mask is not None)
-        chunks = iter(payloads(self.container, index, count))
-        self.metadata = read_metadata(next(chunks), index.metadata_size)
+        count = 1 + len(crossing_blocks) + len(index.pieces) * len(slice_blocks)
+        chunks = payloads(self.container, index, count)
+        mask_payload = chunks.pop() if index.mask else None
+        self.one_stream = None
+        if index.whole:
+            need(chunks[0] is not None, "SB-1-7", "the chunk is left out")
+            self.one_stream = Stream(chunks[0], "SB-8-2" if self.index.guide_ratio is not None else "SB-8-1")
+            chunks = [None] * count
+        chunks = iter(chunks)
         guide_payload = next(chunks)
         self.guide = []
         if index.guide_ratio is not None:
-            self.guide = read_guide(guide_payload, index, self.coder)
+            with self.reading(guide_payload, "SB-8-2") as stream:
+                self.guide = read_guide(stream, index, self.coder)
         else:
             need(guide_payload is None, "SB-8-2", "a chunk for a guide that is not there")
         self.read_crossings(crossing_blocks, chunks)
         self.read_samples(slice_blocks, chunks)
-        self.mask_runs = read_mask(next(chunks), index.mask) if index.mask else []
+        if index.whole:
+            self.one_stream.clause = "SB-8-3"
+            self.one_stream.end()
+        self.metadata = read_metadata(index.metadata, index.metadata_size)
+        self.mask_runs = read_mask(mask_payload, index.mask) if index.mask else []
+
+    @contextlib.contextmanager
+    def reading(self, payload, clause):
+        """The stream of a chunk, which must end after use; of a whole file the one that goes on."""
+        if self.one_stream:
+            self.one_stream.clause = clause
+            yield self.one_stream
+            return
+        need(payload is not None, "SB-1-7", "a chunk that must be there is left out")
+        stream = Stream(payload, clause)
+        yield stream
+        stream.end()
 
     def read_crossings(self, blocks, chunks):
         reader = CrossingReader(self.lattice, self.coder)
         for numbers in blocks:
-            payload = next(chunks)
-            need(payload is not None, "SB-1-7", "a chunk of crossings is left out")
-            reader.read_block(Stream(payload, "SB-8-1"), numbers)
+            with self.reading(next(chunks), "SB-8-1") as stream:
+                reader.read_block(stream, numbers)
         self.crossings = reader.samples
 
     def read_samples(self, blocks, chunks):
@@ -1102,14 +1180,13 @@ class Decoded:
         for first, end in zip(self.index.pieces, self.index.pieces[1:] + [17]):
             for numbers in blocks:
                 payload = next(chunks)
-                if payload is None:
+                if payload is None and not (self.index.whole and self.index.sample_count):
                     continue
-                stream = Stream(payload, "SB-8-3")
-                for number in numbers:
-                    for depth in range(first, end):
-                        found += self.sampled[number].read_depth(stream, self.coder, depth, (32, 48, True))
-                        need(found <= self.index.sample_count, "SB-8-3", "more samples than stated")
-                stream.end()
+                with self.reading(payload, "SB-8-3") as stream:
+                    for number in numbers:
+                        for depth in range(first, end):
+                            found += self.sampled[number].read_depth(stream, self.coder, depth, (32, 48, True))
+                            need(found <= self.index.sample_count, "SB-8-3", "more samples than stated")
         need(found == self.index.sample_count, "SB-8-3", f"{found} samples, {self.index.sample_count} stated")
 
     def make_values(self):
@@ -1119,7 +1196,7 @@ class Decoded:
             need(math.isfinite(value), "SB-8-4", "a value of the guide is not finite")
         guide_steps = None
         if index.guide_ratio == 1:
-            guide_steps = GuideSteps(self.guide, self.guide_values, index.per_octave)
+            guide_steps = GuideSteps(self.guide, self.guide_values, index.scale.per_octave)
 
         def values(sample, theta_h):
             steps = guide_steps.whole_steps(sample.steps, theta_h) if guide_steps else sample.steps
@@ -1170,10 +1247,10 @@ class Decoded:
                                                      "unmeasured": sum(self.mask_runs[1::2])},
             "domain": {1: "linear", 2: "log"}[index.domain],
             "references": index.references,
-            "floors": index.floors,
+            "floor_halvings": index.halvings,
             "channels": index.channels,
             "ranges": index.ranges,
-            "precision": index.bound,
+            "precision": index.scale.bound,
             "guide": None if index.guide_ratio is None else {"ratio": index.guide_ratio, "samples": len(self.guide)},
             "samples": len(self.crossings) + len(self.sample_values) + len(self.guide),
             "crossings": len(self.crossings),

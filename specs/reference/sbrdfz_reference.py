@@ -16,7 +16,7 @@ import zlib
 
 import zstandard
 
-MAGIC, SLICED_MAGIC = b"\x89SBRDZ\r\n", b"\x89SBRDF\r\n"
+MAGIC, SLICED_MAGIC = b"\x89SBRDZ\r\n", b"\x89SBF"
 FRAME_MAGIC, DICTIONARY_MAGIC = b"\x28\xb5\x2f\xfd", b"\x37\xa4\x30\xec"
 
 
@@ -54,6 +54,14 @@ class Counts:
             shift += 7
 
 
+def count(value):
+    groups = bytearray()
+    while value > 127:
+        groups.append(value & 127 | 128)
+        value >>= 7
+    return bytes(groups) + bytes([value])
+
+
 def check_name(name):
     need(1 <= len(name) <= 255, "SZ-2-3", f"a name of {len(name)} bytes")
     try:
@@ -68,12 +76,12 @@ def check_name(name):
 class Material:
     def __init__(self, counts):
         self.name_bytes = counts.take(counts.count())
-        self.index_size, self.chunk_size, self.stored_size, self.body_size = (counts.count() for _ in range(4))
-        self.head_size = 4 + self.index_size + self.chunk_size
+        self.index_size, self.stored_size, self.body_size = (counts.count() for _ in range(3))
+        self.head_size = 2 + self.index_size
 
     def check(self):
         self.name = check_name(self.name_bytes)
-        need(self.index_size <= 2**24 and self.chunk_size <= 2**20, "SZ-2-5", "index or first chunk too large")
+        need(self.index_size <= 2**25, "SZ-2-5", "index too large")
         least = max(1, -(-self.head_size // 4096))
         need(least <= self.stored_size <= self.head_size, "SZ-2-6", f"{self.head_size} bytes in {self.stored_size}")
 
@@ -110,7 +118,7 @@ class Bundle:
         counts = Counts(index)
         number = counts.count()
         self.dictionary_size = counts.count()
-        need(1 <= number <= min(2**20, len(index) // 6), "SZ-2-2", f"{number} materials")
+        need(1 <= number <= min(2**20, len(index) // 5), "SZ-2-2", f"{number} materials")
         need(self.dictionary_size <= 2**20, "SZ-3-1", f"a dictionary of {self.dictionary_size} bytes")
         self.materials = []
         for _ in range(number):
@@ -153,12 +161,9 @@ class Bundle:
         """Names and bytes of the `.sbrdf` files."""
         for material in self.materials:
             head = self.head(material)
-            index, payload = head[4:4 + material.index_size], head[4 + material.index_size:]
-            chunk = payload + struct.pack("<I", zlib.crc32(payload)) if payload else b""
-            size = 32 + len(index) + len(chunk) + material.body_size
-            start = SLICED_MAGIC + head[:4] + struct.pack("<IQI", len(index), size, zlib.crc32(index))
+            start = SLICED_MAGIC + head[:2] + count(material.index_size) + head[2:]
             body = self.file[material.at + material.stored_size + 4:material.at + material.bundled_size()]
-            yield material.name, start + struct.pack("<I", zlib.crc32(start)) + index + chunk + body
+            yield material.name, start + struct.pack("<I", zlib.crc32(start)) + body
 
 
 def summary_of(file):

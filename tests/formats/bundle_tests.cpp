@@ -58,11 +58,7 @@ std::vector<File> some_files() {
                       false)};
 }
 
-BundleInput input_of(const File& file) {
-  const MemorySource source(file.bytes);
-  const std::uint32_t first = SlicedReader::open(source).value().index().chunk_sizes[ChunkOrder::kMetadata];
-  return {file.name, file.bytes, first};
-}
+BundleInput input_of(const File& file) { return {file.name, file.bytes}; }
 
 Bytes bundle_of(const std::vector<File>& files) {
   std::vector<BundleInput> inputs;
@@ -97,25 +93,20 @@ Bytes container_of(std::size_t index_size, std::size_t payload_size, std::size_t
   return emit_container(Bytes(index_size, std::byte{5}), chunks);
 }
 
-void put_count(ByteWriter& out, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7U) out.number(static_cast<std::uint8_t>(value | 0x80U));
-  out.number(static_cast<std::uint8_t>(value));
-}
-
 struct Entry {
   std::string name = "a";
-  std::uint64_t index_size = 1, chunk_size = 0, stored_size = 5, body_size = 0;
+  std::uint64_t index_size = 1, stored_size = 3, body_size = 0;
 };
 
 Bytes index_of(const std::vector<Entry>& entries, std::uint64_t dictionary_size = 0) {
   ByteWriter out;
-  put_count(out, entries.size());
-  put_count(out, dictionary_size);
+  out.count(entries.size());
+  out.count(dictionary_size);
   for (const Entry& entry : entries) {
-    put_count(out, entry.name.size());
+    out.count(entry.name.size());
     out.text(entry.name);
-    for (const std::uint64_t size : {entry.index_size, entry.chunk_size, entry.stored_size, entry.body_size}) {
-      put_count(out, size);
+    for (const std::uint64_t size : {entry.index_size, entry.stored_size, entry.body_size}) {
+      out.count(size);
     }
   }
   return std::move(out).take();
@@ -133,7 +124,7 @@ Bytes sealed(const Bytes& index, const Bytes& content, const Header& header = {}
   out.number(header.major);
   out.number(header.minor);
   out.number(static_cast<std::uint32_t>(static_cast<std::int64_t>(index.size()) + header.more_index));
-  out.number(static_cast<std::uint64_t>(kHeaderSize + index.size() + content.size() + header.more_file));
+  out.number(static_cast<std::uint64_t>(kBundleHeaderSize + index.size() + content.size() + header.more_file));
   out.number(checksum(index));
   Bytes file;
   append_chunk(file, std::move(out).take());
@@ -145,7 +136,7 @@ Bytes sealed(const Bytes& index, const Bytes& content, const Header& header = {}
 /// The content of a bundle with the one entry {}.
 Bytes smallest_content() {
   Bytes content;
-  append_chunk(content, Bytes(5));
+  append_chunk(content, Bytes(3));
   return content;
 }
 
@@ -211,7 +202,7 @@ TEST(Bundle, OpeningOneMaterialReadsNothingOfTheOthers) {
   });
   const BundleReader reader = BundleReader::open(source).value();
   const auto count = [&] { return static_cast<std::size_t>(std::count(touched.begin(), touched.end(), true)); };
-  EXPECT_EQ(count(), kHeaderSize + reader.index_size());
+  EXPECT_EQ(count(), kBundleHeaderSize + reader.index_size());
   const BundleEntry& entry = *reader.find("velvet").value();
   ASSERT_TRUE(decode_sliced(read_whole(*reader.material(entry).value())));
   for (std::size_t at = reader.entries().front().offset; at < bundle.size(); ++at) {
@@ -342,38 +333,28 @@ TEST(Bundle, OrdersNamesByTheirBytes) {
 TEST(Bundle, IsNotMadeOfNothingOrOfOneNameTwice) {
   EXPECT_EQ(emit_bundle({}).error().code, ErrorCode::kUsage);
   const Bytes file = container_of(3, 0, 2);
-  const std::vector<BundleInput> twice = {{"a", file, 0}, {"b", file, 0}, {"a", file, 0}};
+  const std::vector<BundleInput> twice = {{"a", file}, {"b", file}, {"a", file}};
   EXPECT_EQ(emit_bundle(twice).error().code, ErrorCode::kUsage);
   EXPECT_THAT(emit_bundle(twice).error().message, HasSubstr("'a'"));
-  EXPECT_EQ(emit_bundle(std::vector<BundleInput>{{"a/b", file, 0}}).error().code, ErrorCode::kUsage);
+  EXPECT_EQ(emit_bundle(std::vector<BundleInput>{{"a/b", file}}).error().code, ErrorCode::kUsage);
 }
 
 TEST(Bundle, IsNotMadeOfDamagedFiles) {
-  for (const std::size_t at : {0U, 12U, 28U, 33U, 38U}) {  // magic, header and its checksum, index, first chunk
+  for (const std::size_t at : {0U, 5U, 7U, 12U}) {  // magic, version, index, checksum
     Bytes file = container_of(4, 6, 2);
     file[at] ^= std::byte{1};
-    const Error error = emit_bundle(std::vector<BundleInput>{{"a", file, 10}}).error();
+    const Error error = emit_bundle(std::vector<BundleInput>{{"a", file}}).error();
     EXPECT_EQ(error.code, ErrorCode::kInvalidFile) << at;
     EXPECT_THAT(error.message, StartsWith("material 'a': [SB-1-")) << at;
   }
-  const Bytes file = container_of(4, 6, 2);
-  EXPECT_FALSE(emit_bundle(std::vector<BundleInput>{{"a", file, 13}}));
 }
 
-TEST(Bundle, KeepsAFileWithoutChunksAndOneWithALargeFirstChunk) {
-  const std::vector<File> files = {{"empty", container_of(0, 0, 0)},
-                                   {"index", container_of(100'000, 0, 0)},
-                                   {"large", container_of(10, kMostHeadChunk + 1, 100)},
-                                   {"nearly", container_of(10, kMostHeadChunk, 100)}};
-  const std::vector<std::uint32_t> first = {0, 0, kMostHeadChunk + 5, kMostHeadChunk + 4};
-  std::vector<BundleInput> inputs;
-  for (std::size_t k = 0; k < files.size(); ++k) inputs.push_back({files[k].name, files[k].bytes, first[k]});
-  const Bytes bundle = emit_bundle(inputs).value();
+TEST(Bundle, KeepsAFileWithoutChunksAndOneWithALargeIndex) {
+  const std::vector<File> files = {{"empty", container_of(0, 0, 0)}, {"index", container_of(100'000, 0, 100)}};
+  const Bytes bundle = bundle_of(files);
   const MemorySource source(bundle);
   const BundleReader reader = BundleReader::open(source).value();
   for (const File& file : files) EXPECT_EQ(read_whole(*reader.material(file.name).value()), file.bytes) << file.name;
-  EXPECT_EQ(reader.entries()[2].chunk_size, 0U);
-  EXPECT_EQ(reader.entries()[3].chunk_size, kMostHeadChunk);
 }
 
 TEST(Bundle, RefusesWhatBreaksARule) {
@@ -471,15 +452,14 @@ TEST(Bundle, RefusesHostileSizesBeforeItAllocatesOrReadsThatMuch) {
   };
   const Bytes content = smallest_content();
   ByteWriter many;
-  put_count(many, std::uint64_t{1} << 20);
-  put_count(many, 0);
+  many.count(std::uint64_t{1} << 20);
+  many.count(0);
   expect_cheaply_refused(sealed(std::move(many).take(), content), "SZ-2-2");
   expect_cheaply_refused(sealed(index_of({{}}), content, {.more_index = 0xFFFFFF}), "SZ-1-5");
   expect_cheaply_refused(sealed(index_of({{}}, (1U << 20U) + 1), content), "SZ-3-1");
   expect_cheaply_refused(sealed(index_of({{}}, kMost), content), "SZ-3-1");
-  for (const std::uint64_t size : {std::uint64_t{(1U << 24U) + 1}, kHuge, kMost}) {
+  for (const std::uint64_t size : {std::uint64_t{(1U << 25U) + 1}, kHuge, kMost}) {
     expect_cheaply_refused(sealed(index_of({{.index_size = size, .stored_size = 1}}), content), "SZ-2-5");
-    expect_cheaply_refused(sealed(index_of({{.chunk_size = size, .stored_size = 1}}), content), "SZ-2-5");
     expect_cheaply_refused(sealed(index_of({{.stored_size = size}}), content), "SZ-2-6");
     expect_cheaply_refused(sealed(index_of({{.body_size = size}}), content), "SZ-2-7");
     // Sums that wrap.
@@ -509,23 +489,22 @@ TEST(Bundle, ReadsAGreaterMinorVersionAndIgnoresWhatItDoesNotKnow) {
 
 TEST(Bundle, BeginsAsTheExampleOfTheSpecificationSays) {
   const std::vector<std::uint8_t> example = {
-      0x89, 0x53, 0x42, 0x52, 0x44, 0x5A, 0x0D, 0x0A, 0x01, 0x00, 0x00, 0x00, 0x15, 0x00, 0x00, 0x00, 0xF7, 0x1D,
-      0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xC9, 0x13, 0x4D, 0xDE, 0xAC, 0xE1, 0x5D, 0xB3, 0x02, 0x00, 0x02, 0x61,
-      0x62, 0xFE, 0x01, 0x2A, 0xAC, 0x02, 0xB8, 0x17, 0x01, 0x62, 0x88, 0x02, 0x2A, 0xB6, 0x02, 0xA0, 0x1F};
+      0x89, 0x53, 0x42, 0x52, 0x44, 0x5A, 0x0D, 0x0A, 0x01, 0x00, 0x00, 0x00, 0x13, 0x00, 0x00, 0x00, 0xF5,
+      0x1D, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x9F, 0xC0, 0xF7, 0xB8, 0x9F, 0x4F, 0xA5, 0xD7, 0x02, 0x00,
+      0x02, 0x61, 0x62, 0xAA, 0x02, 0xAC, 0x02, 0xB8, 0x17, 0x01, 0x62, 0xB4, 0x02, 0xB6, 0x02, 0xA0, 0x1F};
   const auto bytes = std::as_bytes(std::span(example));
   Bytes bundle(bytes.begin(), bytes.end());
-  bundle.resize(7671);
+  bundle.resize(7669);
   const MemorySource source(bundle);
   const auto reader = BundleReader::open(source);
   ASSERT_TRUE(reader) << reader.error().message;
   const BundleEntry& b = *reader->find("b").value();
-  EXPECT_EQ(b.index_size, 264U);
-  EXPECT_EQ(b.chunk_size, 42U);
+  EXPECT_EQ(b.index_size, 308U);
   EXPECT_EQ(b.stored_size, 310U);
   EXPECT_FALSE(b.is_compressed());
   EXPECT_EQ(b.body_size, 4000U);
-  EXPECT_EQ(b.offset, 53U + 300 + 4 + 3000);
-  EXPECT_EQ(b.file_size(), 32U + 264 + 42 + 4 + 4000);
+  EXPECT_EQ(b.offset, 51U + 300 + 4 + 3000);
+  EXPECT_EQ(b.file_size(), 8U + 308 + 4 + 4000);
 }
 
 TEST(Bundle, TakesTheDictionaryThatMakesItSmallest) {

@@ -43,10 +43,6 @@ void append_number(Bytes& bytes, std::uint64_t value, int size) {
   for (int k = 0; k < size; ++k) bytes.push_back(static_cast<std::byte>(value >> (8 * k)));
 }
 
-void put_number(Bytes& bytes, std::size_t offset, std::uint64_t value, int size) {
-  for (int k = 0; k < size; ++k) bytes[offset + static_cast<std::size_t>(k)] = static_cast<std::byte>(value >> (8 * k));
-}
-
 const Bytes kIndex = bytes_of("an index");
 const std::array<Bytes, 2> kPayloads = {bytes_of("first"), bytes_of("the second chunk")};
 
@@ -57,8 +53,7 @@ Bytes chunks() {
 }
 Bytes valid_file() { return emit_container(kIndex, chunks()); }
 
-/// Makes the header's checksum fit again after it was changed.
-void seal(Bytes& file) { put_number(file, 28, slow_checksum(std::span(file).first(28)), 4); }
+constexpr std::size_t kHeadSize = 4 + 2 + 1 + 8 + 4;  // of valid_file()
 
 struct Content {
   ContainerHead head;
@@ -105,15 +100,13 @@ TEST(Checksum, IsTheCrc32OfZlibAndPng) {
 }
 
 TEST(EmitContainer, LaysOutEveryByteAsTheSpecificationSays) {
-  Bytes expected = bytes_of("\x89SBRDF\r\n");
-  append_number(expected, 1, 2);
-  append_number(expected, 0, 2);
-  append_number(expected, 8, 4);                        // "an index"
-  append_number(expected, 32 + 8 + 5 + 4 + 16 + 4, 8);  // header, index, two chunks with their checksums
-  append_number(expected, slow_checksum(kIndex), 4);
-  append_number(expected, slow_checksum(expected), 4);
-  ASSERT_EQ(expected.size(), 32U);
+  Bytes expected = bytes_of("\x89SBF");
+  append_number(expected, 1, 1);
+  append_number(expected, 0, 1);
+  append_number(expected, 8, 1);  // "an index"
   expected.insert(expected.end(), kIndex.begin(), kIndex.end());
+  append_number(expected, slow_checksum(expected), 4);
+  ASSERT_EQ(expected.size(), kHeadSize);
   for (const Bytes& payload : kPayloads) {
     expected.insert(expected.end(), payload.begin(), payload.end());
     append_number(expected, slow_checksum(payload), 4);
@@ -122,8 +115,8 @@ TEST(EmitContainer, LaysOutEveryByteAsTheSpecificationSays) {
 }
 
 TEST(EmitContainer, WritesTheVersionAskedFor) {
-  const Bytes file = emit_container(kIndex, chunks(), 0x0102, 0x0304);
-  EXPECT_EQ((Bytes{file.begin() + 8, file.begin() + 12}), bytes_of("\x02\x01\x04\x03"));
+  const Bytes file = emit_container(kIndex, chunks(), 0x12, 0x34);
+  EXPECT_EQ((Bytes{file.begin() + 4, file.begin() + 6}), bytes_of("\x12\x34"));
 }
 
 TEST(AppendChunk, LeavesOutAChunkWithoutPayload) {
@@ -139,31 +132,23 @@ TEST(Container, GivesBackIndexAndChunks) {
   ASSERT_TRUE(content);
   EXPECT_EQ(content->head.index, kIndex);
   EXPECT_EQ(content->head.version(), "1.0");
-  EXPECT_EQ(content->head.chunks_offset(), 40U);
+  EXPECT_EQ(content->head.chunks_offset(), kHeadSize);
   EXPECT_EQ(content->payloads, (std::vector<Bytes>{kPayloads.begin(), kPayloads.end()}));
 }
 
 TEST(Container, MayHaveAnEmptyIndexAndNoChunk) {
   const Bytes file = emit_container({}, {});
-  EXPECT_EQ(file.size(), kHeaderSize);
+  EXPECT_EQ(file.size(), 11U);
   const Result<ContainerHead> head = read_head(MemorySource(file));
   ASSERT_TRUE(head);
   EXPECT_TRUE(head->index.empty());
 }
 
-TEST(ReadHead, RefusesEveryTruncatedPrefix) {
+TEST(ReadHead, RefusesEveryPrefixThatIsTruncatedWithinTheHead) {
   const Bytes file = valid_file();
-  for (std::size_t size = 0; size < file.size(); ++size) {
-    expect_refused(std::span(file).first(size), size < 8 ? "SB-1-1" : "SB-1-4", ErrorCode::kInvalidFile,
+  for (std::size_t size = 0; size < kHeadSize; ++size) {
+    expect_refused(std::span(file).first(size), size < 4 ? "SB-1-1" : "SB-1-4", ErrorCode::kInvalidFile,
                    std::to_string(size) + " bytes");
-  }
-}
-
-TEST(ReadHead, RefusesEveryTrailingByte) {
-  for (unsigned value = 0; value < 256; ++value) {
-    Bytes file = valid_file();
-    file.push_back(static_cast<std::byte>(value));
-    expect_refused(file, "SB-1-4");
   }
 }
 
@@ -174,13 +159,11 @@ TEST(Container, RefusesEverySingleFlippedBitWithTheClauseOfItsPlace) {
     const auto mask = static_cast<std::byte>(1U << (bit % 8));
     file[byte] ^= mask;
     const std::string where = "byte " + std::to_string(byte) + ", bit " + std::to_string(bit % 8);
-    const bool major = byte == 8 || byte == 9;
-    expect_refused(file,
-                   byte < 8    ? "SB-1-1"
-                   : major     ? "SB-1-3"
-                   : byte < 32 ? "SB-1-2"
-                   : byte < 40 ? "SB-1-6"
-                               : "SB-1-7",
+    // A size with a flipped bit is one of another place for the checksum, or of none.
+    const bool major = byte == 4;
+    const std::string clause = byte < 4 ? "SB-1-1" : major ? "SB-1-3" : byte < kHeadSize ? "SB-1-6" : "SB-1-7";
+    const bool size = byte == 6 && bit % 8 >= 4;
+    expect_refused(file, size ? bit % 8 == 7 ? "SB-1-5" : "SB-1-4" : clause,
                    major ? ErrorCode::kUnsupported : ErrorCode::kInvalidFile, where);
     file[byte] ^= mask;
   }
@@ -188,13 +171,13 @@ TEST(Container, RefusesEverySingleFlippedBitWithTheClauseOfItsPlace) {
 
 TEST(ReadHead, RefusesWhatIsNoContainer) {
   expect_refused({}, "SB-1-1");
-  expect_refused(bytes_of("\x89SBRDF\n\n and more, that was mangled by a text transfer"), "SB-1-1");
+  expect_refused(bytes_of("\x89SBR and more"), "SB-1-1");
   expect_refused(bytes_of("a text file"), "SB-1-1");
 }
 
 TEST(ReadHead, RefusesOtherMajorVersionsAsUnsupportedAndNamesThem) {
-  for (const int number : {0, 2, 3, 0xFFFF}) {
-    const auto major = static_cast<std::uint16_t>(number);
+  for (const int number : {0, 2, 3, 0xFF}) {
+    const auto major = static_cast<std::uint8_t>(number);
     const Bytes file = emit_container(kIndex, chunks(), major, 5);
     expect_refused(file, "SB-1-3", ErrorCode::kUnsupported);
     EXPECT_THAT(read_head(MemorySource(file)).error().message, HasSubstr(std::to_string(major) + ".5"));
@@ -202,8 +185,8 @@ TEST(ReadHead, RefusesOtherMajorVersionsAsUnsupportedAndNamesThem) {
 }
 
 TEST(ReadHead, TakesEveryMinorVersion) {
-  for (const int number : {0, 1, 0xFFFF}) {
-    const auto minor = static_cast<std::uint16_t>(number);
+  for (const int number : {0, 1, 0xFF}) {
+    const auto minor = static_cast<std::uint8_t>(number);
     const Result<Content> content = read_exactly(emit_container(kIndex, chunks(), 1, minor));
     ASSERT_TRUE(content);
     EXPECT_EQ(content->head.minor, minor);
@@ -211,25 +194,16 @@ TEST(ReadHead, TakesEveryMinorVersion) {
   }
 }
 
-TEST(ReadHead, RefusesAFileOfAnotherSizeThanItStates) {
-  for (const std::uint64_t size : {std::uint64_t{0}, std::uint64_t{31}, std::uint64_t{32}, valid_file().size() - 1,
-                                   valid_file().size() + 1, std::uint64_t{1} << 63U, ~std::uint64_t{0}}) {
-    Bytes file = valid_file();
-    put_number(file, 16, size, 8);
-    seal(file);
-    expect_refused(file, "SB-1-4");
-  }
-}
-
 TEST(ReadHead, RefusesAnIndexThatDoesNotFitBeforeItAllocatesIt) {
-  const std::uint64_t behind_header = valid_file().size() - kHeaderSize;
-  for (const std::uint64_t size : {behind_header + 1, std::uint64_t{1} << 24U, (std::uint64_t{1} << 24U) + 1,
-                                   std::uint64_t{0x7FFFFFFF}, std::uint64_t{0xFFFFFFFF}}) {
-    Bytes file = valid_file();
-    put_number(file, 12, size, 4);
-    seal(file);
-    expect_refused(file, "SB-1-5");
-  }
+  const auto with_size = [](const std::string& size) {
+    return bytes_of(std::string("\x89SBF\1\0", 6) + size + "index");
+  };
+  expect_refused(with_size("\x7f"), "SB-1-4");
+  expect_refused(with_size("\x80\x80\x80\x10"), "SB-1-4");  // 2^25
+  expect_refused(with_size("\x81\x80\x80\x10"), "SB-1-5");
+  expect_refused(with_size("\xff\xff\xff\x7f"), "SB-1-5");
+  expect_refused(with_size("\xff\xff\xff\xff\x01"), "SB-1-5");
+  expect_refused(with_size(std::string("\x81\0", 2)), "SB-1-5");  // a needless byte
 }
 
 TEST(ReadHead, TakesAnIndexUpToTheLargestSize) {
@@ -250,7 +224,7 @@ TEST(ReadHead, ReadsHeaderAndIndexAndNothingElse) {
     return ok_status();
   });
   ASSERT_TRUE(read_head(source));
-  for (std::size_t k = 0; k < file.size(); ++k) EXPECT_EQ(reads[k], k < 40 ? 1 : 0) << k;
+  for (std::size_t k = 0; k < file.size(); ++k) EXPECT_EQ(reads[k], k < kHeadSize ? 1 : 0) << k;
 }
 
 TEST(Container, PassesOnTheErrorOfItsSource) {
@@ -269,7 +243,7 @@ TEST(Container, PassesOnTheErrorOfItsSource) {
   const CallbackSource broken(file.size(), [](std::uint64_t, std::span<std::byte>) -> Status {
     return Error{ErrorCode::kIo, "the cable is out", {}};
   });
-  const Result<Bytes> chunk = read_chunk(broken, 40, 9);
+  const Result<Bytes> chunk = read_chunk(broken, kHeadSize, 9);
   ASSERT_FALSE(chunk);
   EXPECT_EQ(chunk.error().code, ErrorCode::kIo);
 }
@@ -277,7 +251,7 @@ TEST(Container, PassesOnTheErrorOfItsSource) {
 TEST(ReadChunk, RefusesWhatCannotHoldAByteAndAChecksum) {
   const Bytes file = valid_file();
   for (std::uint64_t size = 0; size <= kChecksumSize; ++size) {
-    const Result<Bytes> chunk = read_chunk(MemorySource(file), 40, size);
+    const Result<Bytes> chunk = read_chunk(MemorySource(file), kHeadSize, size);
     ASSERT_FALSE(chunk) << size;
     EXPECT_THAT(chunk.error().message, StartsWith("[SB-1-7]"));
   }
@@ -286,9 +260,9 @@ TEST(ReadChunk, RefusesWhatCannotHoldAByteAndAChecksum) {
 TEST(ReadChunk, RefusesRangesBeyondTheSource) {
   const Bytes file = valid_file();
   const std::uint64_t most = ~std::uint64_t{0};
-  for (const auto& [offset, size] : {std::pair{std::uint64_t{40}, file.size()},
+  for (const auto& [offset, size] : {std::pair{std::uint64_t{kHeadSize}, file.size()},
                                      {file.size() + 1, std::uint64_t{5}},
-                                     {std::uint64_t{40}, most},
+                                     {std::uint64_t{kHeadSize}, most},
                                      {most, std::uint64_t{9}},
                                      {most, most}}) {
     const Result<Bytes> chunk = read_chunk(MemorySource(file), offset, size);
@@ -299,9 +273,9 @@ TEST(ReadChunk, RefusesRangesBeyondTheSource) {
 
 TEST(IsContainer, LooksAtTheMagicOnly) {
   Bytes file = valid_file();
-  file.resize(8);
+  file.resize(4);
   EXPECT_TRUE(is_container(file));
-  file.resize(7);
+  file.resize(3);
   EXPECT_FALSE(is_container(file));
 }
 

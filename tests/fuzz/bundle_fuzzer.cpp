@@ -29,19 +29,19 @@ void mend(Bytes& bytes) {
   constexpr std::size_t kFileSize = 16;
   constexpr std::size_t kIndexChecksum = 24;
   constexpr std::size_t kHeaderChecksum = 28;
-  if (bytes.size() < kHeaderSize) return;
+  if (bytes.size() < kBundleHeaderSize) return;
   const std::uint64_t file_size = bytes.size();
   std::memcpy(bytes.data() + kFileSize, &file_size, sizeof(file_size));
   std::uint32_t index_size = 0;
   std::memcpy(&index_size, bytes.data() + kIndexSize, sizeof(index_size));
-  if (index_size > bytes.size() - kHeaderSize) return;
-  put_checksum(bytes, kHeaderSize, index_size, kIndexChecksum);
+  if (index_size > bytes.size() - kBundleHeaderSize) return;
+  put_checksum(bytes, kBundleHeaderSize, index_size, kIndexChecksum);
   put_checksum(bytes, 0, kHeaderChecksum, kHeaderChecksum);
   const MemorySource source(bytes);
   const Result<BundleReader> reader = BundleReader::open(source);
   if (!reader) return;
   if (const std::size_t size = reader->dictionary_size(); size != 0) {
-    put_checksum(bytes, kHeaderSize + index_size, size, kHeaderSize + index_size + size);
+    put_checksum(bytes, kBundleHeaderSize + index_size, size, kBundleHeaderSize + index_size + size);
   }
   for (const BundleEntry& entry : reader->entries()) {
     put_checksum(bytes, entry.offset, entry.stored_size, entry.offset + entry.stored_size);
@@ -54,23 +54,21 @@ Bytes read_whole(const ByteSource& source) {
   return *std::move(whole);
 }
 
-/// The file, and where it is a sliced one the size of its first chunk.
+/// A file, and whether it is a sliced one.
 struct Unpacked {
   std::string name;
   Bytes file;
-  std::uint32_t first_chunk = 0;
   bool sliced = false;
 };
 
 Unpacked unpack(const BundleEntry& entry, const ByteSource& material) {
-  Unpacked unpacked = {entry.name, read_whole(material), 0, false};
+  Unpacked unpacked = {entry.name, read_whole(material), false};
   require(unpacked.file.size() == entry.file_size(), "a file has the size that the index says");
   const std::size_t half = unpacked.file.size() / 2;
   const Result<Bytes> rest = read_range(material, half, unpacked.file.size() - half);
   require(rest.ok() && std::ranges::equal(*rest, std::span(unpacked.file).subspan(half)), "a part is as in the whole");
   const MemorySource source(unpacked.file);
   if (const Result<SlicedReader> reader = SlicedReader::open(source)) {
-    unpacked.first_chunk = reader->index().chunk_sizes[ChunkOrder::kMetadata];
     unpacked.sliced = reader->metadata().ok();
   }
   return unpacked;
@@ -79,7 +77,7 @@ Unpacked unpack(const BundleEntry& entry, const ByteSource& material) {
 /// What was unpacked is in a bundle that is made of it.
 void repack(const std::vector<Unpacked>& all) {
   std::vector<BundleInput> inputs;
-  for (const Unpacked& unpacked : all) inputs.push_back({unpacked.name, unpacked.file, unpacked.first_chunk});
+  for (const Unpacked& unpacked : all) inputs.push_back({unpacked.name, unpacked.file});
   const Result<Bytes> bundle = emit_bundle(inputs);
   require(bundle.ok(), "files that could be read can be packed");
   const MemorySource source(*bundle);

@@ -10,56 +10,45 @@
 namespace sbrdf::internal::fuzzing {
 namespace {
 
-constexpr std::size_t kIndexSizeOffset = 12;
-constexpr std::size_t kFileSizeOffset = 16;
-constexpr std::size_t kIndexChecksumOffset = 24;
-constexpr std::size_t kHeaderChecksumOffset = 28;
-
-template <class T>
-void patch(Bytes& file, std::size_t offset, T value) {
-  std::memcpy(file.data() + offset, &value, sizeof(T));
-}
-
 // Of the file as it lies there: an index, and what follows.
 struct Halves {
-  std::uint16_t minor = 0;
+  std::uint8_t minor = 0;
   Bytes index;
   Bytes chunks;
 };
 
 std::optional<Halves> halves_of(const Bytes& file) {
-  if (file.size() < kHeaderSize) return {};
   ByteReader in(file);
-  in.bytes(10);
+  in.bytes(kContainerMagic.size() + 1);
   Halves halves;
-  halves.minor = in.u16();
-  const std::size_t size = std::min<std::size_t>(in.u32(), file.size() - kHeaderSize);
-  const auto index_end = file.begin() + static_cast<std::ptrdiff_t>(kHeaderSize + size);
-  halves.index.assign(file.begin() + kHeaderSize, index_end);
-  halves.chunks.assign(index_end, file.end());
+  halves.minor = in.u8();
+  const std::uint64_t stated = in.count(28);
+  if (!in.ok() || in.remaining() < kChecksumSize) return {};
+  const auto index = in.bytes(std::min<std::uint64_t>(stated, in.remaining() - kChecksumSize));
+  in.bytes(kChecksumSize);
+  const auto chunks = in.bytes(in.remaining());
+  halves.index.assign(index.begin(), index.end());
+  halves.chunks.assign(chunks.begin(), chunks.end());
   return halves;
 }
 
-// Sizes and checksums of a file whose bytes changed anywhere.
+// Checksums of a file whose bytes changed anywhere.
 void mend(Bytes& file) {
-  if (file.size() < kHeaderSize) file.resize(kHeaderSize);
-  const std::optional<Halves> halves = halves_of(file);
-  std::memcpy(file.data(), kContainerMagic.data(), kContainerMagic.size());
-  patch(file, kIndexSizeOffset, static_cast<std::uint32_t>(halves->index.size()));
-  patch(file, kFileSizeOffset, std::uint64_t{file.size()});
-  patch(file, kIndexChecksumOffset, checksum(halves->index));
-  patch(file, kHeaderChecksumOffset, checksum(std::span(file).first(kHeaderChecksumOffset)));
-  const Result<SlicedIndex> index = parse_index(halves->index, true);
-  if (!index) return;
-  std::size_t offset = kHeaderSize + halves->index.size();
-  for (const std::uint32_t size : index->chunk_sizes) {
-    if (size > file.size() - offset) return;
-    if (size > kChecksumSize) {
-      const std::size_t payload = size - kChecksumSize;
-      patch(file, offset + payload, checksum(std::span(file).subspan(offset, payload)));
+  std::optional<Halves> halves = halves_of(file);
+  if (!halves) return;
+  if (const Result<SlicedIndex> index = parse_index(halves->index, true)) {
+    std::size_t offset = 0;
+    for (const std::uint32_t size : index->chunk_sizes) {
+      if (size > halves->chunks.size() - offset) break;
+      if (size > kChecksumSize) {
+        const std::size_t payload = size - kChecksumSize;
+        const std::uint32_t sum = checksum(std::span(halves->chunks).subspan(offset, payload));
+        std::memcpy(halves->chunks.data() + offset + payload, &sum, sizeof(sum));
+      }
+      offset += size;
     }
-    offset += size;
   }
+  file = emit_container(halves->index, halves->chunks, kContainerMajor, halves->minor);
 }
 
 class Mutation {
@@ -170,10 +159,12 @@ class Mutation {
     SlicedIndex& index = parts.index;
     switch (below(12)) {
       case 0:
-        index.distributions.residuals[below(index.distributions.residuals.size())] =
-            static_cast<std::uint8_t>(below(113));
+        change_group(index.distributions.groups[below(index.distributions.groups.size())]);
+        index.distributions.guide[below(2)] = static_cast<std::uint8_t>(below(113));
         break;
       case 1:
+        index.distributions.flag_depths = static_cast<std::uint32_t>(below(8));
+        index.distributions.flags_by_depth = below(2) == 0;
         index.distributions.flags[below(index.distributions.flags.size())] = static_cast<std::uint8_t>(below(256));
         break;
       case 2:
@@ -212,6 +203,15 @@ class Mutation {
     }
   }
 
+  void change_group(GroupDistributions& group) {
+    group.width = static_cast<std::uint8_t>(below(GroupDistributions::kMostWidth + 1));
+    group.long_tails = below(2) == 0;
+    group.stated = below(2) == 0;
+    for (std::int8_t& off : group.off) {
+      off = static_cast<std::int8_t>(group.stated ? static_cast<int>(below(16)) - GroupDistributions::kFarthest : 0);
+    }
+  }
+
   void change_guide(SlicedIndex& index) {
     index.guided = below(4) != 0;
     index.guide_ratio = below(2) == 0 ? 1 : number();
@@ -222,9 +222,8 @@ class Mutation {
   }
 
   void use_log(SlicedIndex& index) {
-    index.domain.kind = DomainKind::kLog;
-    index.domain.reference.resize(index.channels.size(), 1.0F);
-    index.domain.floor.resize(index.channels.size(), 0.001F);
+    index.domain = DomainKind::kLog;
+    index.reference_steps.resize(index.channels.size(), 1);
   }
 
   void change_scale(SlicedIndex& index) {
@@ -232,11 +231,10 @@ class Mutation {
       index.scale = Quantizer();
       return;
     }
-    // Tables of 2^20 steps are slow to make and no harder to read.
-    const auto per_octave = static_cast<std::uint32_t>(1 + below(below(8) == 0 ? 1U << 20U : 2000));
-    const double ratio = below(2) == 0 ? 1 + 0.7 / per_octave : number();
+    // The tables of fine bounds are slow to make and no harder to read.
+    const std::uint32_t bound = below(8) == 0 ? 1 + static_cast<std::uint32_t>(below(500'000)) : 100'000;
     const auto lowest = static_cast<std::int32_t>(below(1U << 30U)) - (1 << 29);
-    index.scale = Quantizer(number(), per_octave, ratio, below(2) == 0 ? lowest : lowest % (150 * 2000));
+    index.scale = Quantizer(bound_of(std::max(bound, 100U)), below(2) == 0 ? lowest : lowest % 2000);
   }
 
   void change_channels(SlicedIndex& index) {
@@ -246,22 +244,28 @@ class Mutation {
         break;
       case 1:
         use_log(index);
-        index.domain.reference.back() = static_cast<float>(std::clamp(number(), 0.0, 3e38));
-        index.domain.floor.back() = static_cast<float>(std::clamp(number(), 0.0, 3e38));
+        index.reference_steps.back() = static_cast<std::int32_t>(count() / 2);
+        index.floor_halvings = static_cast<int>(below(256));
         break;
       case 2:
-        index.domain = {DomainKind::kLinear, {}, {}};
+        index.domain = DomainKind::kLinear;
+        index.reference_steps.clear();
         break;
       default:
-        index.ranges[below(index.ranges.size())] = {static_cast<float>(std::clamp(number(), 0.0, 3e38)),
-                                                    static_cast<float>(std::clamp(number(), 0.0, 3e38))};
+        index.ranges[below(index.ranges.size())] = {-static_cast<std::int32_t>(count() / 4),
+                                                    static_cast<std::int32_t>(count() / 2)};
         break;
     }
     index.ranges.resize(index.channels.size());
-    if (index.domain.kind == DomainKind::kLog) use_log(index);
+    if (index.domain == DomainKind::kLog) use_log(index);
   }
 
   void change_layout(ChunkLayout& layout) {
+    layout.whole = below(4) == 0;
+    if (layout.whole) {
+      layout = {};
+      return;
+    }
     if (below(2) == 0) {
       auto& block = layout.block_nodes[below(layout.block_nodes.size())];
       block[below(block.size())] = static_cast<std::uint32_t>(below(8) == 0 ? count() : below(6));
@@ -297,8 +301,8 @@ class Mutation {
         break;
     }
     if (nodes.empty()) nodes = {0};
-    if (below(8) == 0) frame.theta_max_deg = below(2) == 0 ? number() : static_cast<double>(below(9001)) / 100;
     if (frame.id == FrameId::kElevation && below(4) != 0) frame.axes[2].nodes_deg = frame.axes[3].nodes_deg;
+    if (below(8) == 0) frame.theta_max_deg = below(2) == 0 ? number() : static_cast<double>(below(9001)) / 100;
     if (frame.id == FrameId::kElevation) frame.theta_max_deg = frame.axes[3].nodes_deg.back();
   }
 
@@ -309,10 +313,10 @@ class Mutation {
     if (points > 10'000 || !check_frame(parts.index.frame)) return;
     const Result<Lattice> lattice = build_lattice(parts.index.frame);
     if (!lattice) return;
-    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_depths.size(),
-                           parts.index.mask.has_value());
-    parts.payloads.resize(std::min<std::size_t>(order.count(), 10'000));
-    if (order.count() > 2 && parts.payloads[2].empty()) parts.payloads[2].resize(4);
+    const ChunkOrder order(make_blocks(*lattice, parts.index.layout), parts.index.layout.piece_depths.size());
+    parts.payloads.resize(std::min<std::size_t>(parts.index.chunk_count(order.count()), 10'000));
+    const std::size_t crossings = parts.index.layout.whole ? 0 : ChunkOrder::crossings(0);
+    if (parts.payloads[crossings].empty()) parts.payloads[crossings].resize(4);
   }
 
   std::size_t max_size_;

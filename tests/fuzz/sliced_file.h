@@ -13,7 +13,7 @@ namespace sbrdf::internal::fuzzing {
 
 /// A sliced file in parts that can be changed one by one. Whether they fit each other is for a reader to say.
 struct SlicedParts {
-  std::uint16_t minor = kContainerMinor;
+  std::uint8_t minor = kContainerMinor;
   SlicedIndex index;
   std::vector<Bytes> payloads;  ///< of all chunks, empty ones included
 };

@@ -17,7 +17,6 @@
 namespace sbrdf::internal::fuzzing {
 namespace {
 
-constexpr std::uint8_t kSomeDistribution = 41;
 constexpr std::uint8_t kSomeFlag = 128;
 constexpr std::size_t kMostSamples = 20'000;
 
@@ -94,7 +93,7 @@ class ScriptIo {
 class ScriptedFile {
  public:
   ScriptedFile(SlicedParts parts, const Lattice& lattice)
-      : parts_(std::move(parts)),
+      : parts_(in_chunks(std::move(parts), lattice)),
         index_(parts_.index),
         lattice_(lattice),
         channels_(index_.channels.size()),
@@ -102,7 +101,8 @@ class ScriptedFile {
         order_(blocks_, index_.layout.piece_depths.size()),
         crossings_(channels_),
         state_(channels_) {
-    std::ranges::replace(index_.distributions.residuals, Distributions::kUnused, kSomeDistribution);
+    // What the file says no to may be yes here.
+    index_.distributions.flag_depths = CodingContext::kFlagDepths;
     std::ranges::replace(index_.distributions.flags, std::uint8_t{0}, kSomeFlag);
   }
 
@@ -186,6 +186,17 @@ class ScriptedFile {
     return true;
   }
 
+  // A file of one chunk says in each of many what it says in the one.
+  static SlicedParts in_chunks(SlicedParts parts, const Lattice& lattice) {
+    if (!parts.index.layout.whole) return parts;
+    parts.index.layout.whole = false;
+    const ChunkOrder order(make_blocks(lattice, parts.index.layout), parts.index.layout.piece_depths.size());
+    parts.index.mask.reset();
+    parts.payloads.resize(order.count(), parts.payloads.front());
+    if (!parts.index.guided) parts.payloads[ChunkOrder::kGuide].clear();
+    return parts;
+  }
+
   // Those of the values that a reader finds, so that it accepts the file.
   void find_ranges() {
     const Bytes file = put_together(parts_);
@@ -198,7 +209,10 @@ class ScriptedFile {
     if (!loaded) return;
     SlicedBrdf sliced = loaded->sliced();
     sliced.whole_ranges.clear();
-    index_.ranges = value_ranges(sliced);
+    index_.ranges.clear();
+    for (const ValueRange& range : value_ranges(sliced)) {
+      index_.ranges.push_back({index_.scale.step(range.least), index_.scale.step(range.most)});
+    }
   }
 
   SlicedParts parts_;

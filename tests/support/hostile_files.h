@@ -27,8 +27,8 @@ struct HostileSizes {
   FrameSpec frame;
   std::size_t channels = 1;
   int depth = 0;                 ///< every interval of every slice is halved down to this
-  std::size_t metadata = 0;      ///< bytes of a JSON list of zeros
   std::uint32_t mask = 0;        ///< times 2^24 cells, measured and unmeasured in turn
+  std::size_t metadata = 0;      ///< bytes of a JSON list of zeros
   std::size_t behind_index = 0;  ///< bytes that a later minor version might add to the index
 };
 
@@ -61,8 +61,10 @@ inline SlicedIndex index_of(const HostileSizes& sizes) {
   index.frame = sizes.frame;
   index.channels.assign(sizes.channels, "");
   index.ranges.resize(sizes.channels);
-  index.distributions.residuals.fill(kCheapest);
+  for (GroupDistributions& group : index.distributions.groups) group = {.width = 0, .long_tails = true};
+  index.distributions.flag_depths = CodingContext::kFlagDepths;
   index.distributions.flags.fill(kMostlyYes);
+  index.layout.whole = false;
   if (sizes.depth > 0 && sizes.depth < kMaxDepth) {
     index.layout.piece_depths = {1, static_cast<std::uint8_t>(sizes.depth + 1)};
   }
@@ -71,6 +73,7 @@ inline SlicedIndex index_of(const HostileSizes& sizes) {
     index.mask = MaskGrid{MaskFrame::kAngles, {sizes.mask, 4096, 4096, 1}};
     index.mask_size = sizes.mask << 24U;
   }
+  if (sizes.metadata > 0) index.metadata = list_of_zeros(sizes.metadata);
   return index;
 }
 
@@ -80,10 +83,8 @@ inline std::vector<std::byte> hostile_file(const HostileSizes& sizes) {
   const Lattice lattice = build_lattice(sizes.frame).value();
   SlicedIndex index = hostile::index_of(sizes);
   const LatticeBlocks blocks = make_blocks(lattice, index.layout);
-  const ChunkOrder order(blocks, index.layout.piece_depths.size(), sizes.mask > 0);
+  const ChunkOrder order(blocks, index.layout.piece_depths.size());
   std::vector<std::vector<std::byte>> payloads(order.count());
-  if (sizes.metadata > 0) payloads[ChunkOrder::kMetadata] = hostile::list_of_zeros(sizes.metadata);
-  if (sizes.mask > 0) payloads[order.mask()] = pack_bytes(std::vector<std::byte>(index.mask_size, std::byte{1}));
   payloads[ChunkOrder::crossings(0)] = hostile::stream_of(lattice.crossings.size(), false, sizes.channels);
   for (std::size_t kind = 0; sizes.depth > 0 && kind < kAxisCount; ++kind) {
     for (std::size_t block = 0; block < blocks.slices[kind].size(); ++block) {
@@ -94,6 +95,7 @@ inline std::vector<std::byte> hostile_file(const HostileSizes& sizes) {
       payloads[order.slices(0, kind, block)] = hostile::stream_of(samples, true, sizes.channels);
     }
   }
+  if (sizes.mask > 0) payloads.push_back(pack_bytes(std::vector<std::byte>(index.mask_size, std::byte{1})));
   std::vector<std::byte> chunks;
   for (const std::vector<std::byte>& payload : payloads) {
     const std::size_t before = chunks.size();
@@ -106,17 +108,14 @@ inline std::vector<std::byte> hostile_file(const HostileSizes& sizes) {
     noise = noise * 1664525U + 1013904223U;
     head.push_back(k < hostile::kNoise ? static_cast<std::byte>(noise >> 24U) : std::byte{0});
   }
-  const auto minor = static_cast<std::uint16_t>(kContainerMinor + (sizes.behind_index > 0 ? 1 : 0));
+  const auto minor = static_cast<std::uint8_t>(kContainerMinor + (sizes.behind_index > 0 ? 1 : 0));
   return emit_container(head, chunks, kContainerMajor, minor);
 }
 
 /// A bundle of one material, named `a`.
 inline std::vector<std::byte> hostile_bundle(const HostileSizes& sizes) {
   const std::vector<std::byte> file = hostile_file(sizes);
-  const MemorySource source(file);
-  const ContainerHead head = read_head(source).value();
-  const SlicedIndex index = parse_index(head.index, true).value();
-  const std::vector<BundleInput> inputs = {{"a", file, index.chunk_sizes[ChunkOrder::kMetadata]}};
+  const std::vector<BundleInput> inputs = {{"a", file}};
   return emit_bundle(inputs).value();
 }
 

@@ -150,7 +150,7 @@ class LiteralEvaluator {
   [[nodiscard]] long double forward(long double f, std::size_t channel) const {
     if (sliced_.domain.kind == DomainKind::kLinear) return f;
     const long double reference = sliced_.domain.reference[channel];
-    const long double floor = sliced_.domain.floor[channel];
+    const long double floor = sliced_.domain.floor(channel);
     const long double at_zero = std::log(floor / reference) - 1;
     if (std::abs(f) < floor) return at_zero + f / floor;
     return at_zero + std::copysign(1 + std::log(std::abs(f) / floor), f);
@@ -159,7 +159,7 @@ class LiteralEvaluator {
   [[nodiscard]] long double inverse(long double v, std::size_t channel) const {
     long double f = v;
     if (sliced_.domain.kind == DomainKind::kLog) {
-      const long double floor = sliced_.domain.floor[channel];
+      const long double floor = sliced_.domain.floor(channel);
       const long double from_zero = v - (std::log(floor / sliced_.domain.reference[channel]) - 1);
       f = std::abs(from_zero) < 1 ? floor * from_zero
                                   : std::copysign(floor * std::exp(std::abs(from_zero) - 1), from_zero);

@@ -57,9 +57,7 @@ inline Bytes sliced() {
 /// Materials named a and b.
 inline Bytes bundle() {
   const Bytes file = sliced();
-  const MemorySource source(file);
-  const auto first_chunk = SlicedReader::open(source).value().index().chunk_sizes[ChunkOrder::kMetadata];
-  const std::vector<BundleInput> inputs = {{"a", file, first_chunk}, {"b", file, first_chunk}};
+  const std::vector<BundleInput> inputs = {{"a", file}, {"b", file}};
   return emit_bundle(inputs).value();
 }
 

@@ -54,7 +54,7 @@ void add_sliced(const SlicedReader& reader, const std::string& metadata, Json& j
   const std::size_t crossings = reader.lattice().crossings.size();
   json["version"] = reader.version();
   json["frame"] = geometry(index.frame.id).name();
-  json["domain"] = name_of(kDomainNames, index.domain.kind);
+  json["domain"] = name_of(kDomainNames, index.domain);
   json["symmetries"] = {{"mirror_x", index.frame.symmetries.mirror_x}, {"mirror_y", index.frame.symmetries.mirror_y}};
   json["placement"] = placement_of(index.frame);
   json["precision_percent"] = 100 * index.scale.bound();

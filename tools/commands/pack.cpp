@@ -41,7 +41,6 @@ struct Failure {
 struct Material {
   fs::path path;
   std::vector<std::byte> file;
-  std::uint32_t first_chunk_size = 0;
 };
 
 /// What a folder holds, by the names alone.
@@ -70,7 +69,7 @@ Result<Folder> look_into(const fs::path& path) {
     if (at->path().filename().string().starts_with('.')) {
       folder.skipped.push_back(at->path().filename().string());
     } else {
-      folder.materials.push_back({at->path(), {}, 0});
+      folder.materials.push_back({at->path(), {}});
     }
   }
   if (failed) return io_error("cannot be read: " + failed.message());
@@ -99,7 +98,6 @@ Status load(Material& material, const MemoryLimit& limit) {
   if (!reader) return reader.error();
   const Result<SlicedBrdf> all = reader->load_all();
   if (!all) return all.error();
-  material.first_chunk_size = reader->index().chunk_sizes[ChunkOrder::kMetadata];
   material.file = *std::move(file);
   return ok_status();
 }
@@ -141,7 +139,7 @@ std::vector<Failure> pack(const PackOptions& options, std::vector<std::string>& 
   if (auto failures = load_all(materials, options.memory); !failures.empty()) return failures;
   std::vector<BundleInput> inputs;
   for (const Material& material : materials) {
-    inputs.push_back({material.path.stem().string(), material.file, material.first_chunk_size});
+    inputs.push_back({material.path.stem().string(), material.file});
   }
   Result<std::vector<std::byte>> bytes = emit_bundle(inputs);
   if (!bytes) return one(options.folder, bytes.error());

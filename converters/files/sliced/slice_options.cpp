@@ -141,7 +141,8 @@ constexpr std::array kOptions = {
                .kind = OptionKind::kChoice,
                .choices = kChunkChoices,
                .fallback = kAuto,
-               .meaning = "whole: the smallest file; split: a region can be loaded by itself; auto: split from 65,536 "
+               .meaning = "whole: one chunk, the smallest file; split: a region or a level of detail can be loaded by "
+                          "itself; auto: split from 65,536 "
                           "samples on"},
 };
 

@@ -38,7 +38,7 @@ std::vector<ChunkLayout> layouts(const Lattice& lattice) {
   ChunkLayout odd;
   odd.piece_depths = {1, 3, 7};
   odd.block_nodes = {{{0, 3, 2, 0}, {5, 0, 1, 2}, {1, 2, 0, 3}, {2, 2, 2, 0}, {3, 0, 2, 100}}};
-  return {ChunkLayout(), whole_layout(), split_layout(lattice, 3000), single, odd};
+  return {ChunkLayout(), split_layout(lattice, 3000), single, odd};
 }
 
 /// The first point of the padded lattice at which something is met: axis 0 fastest, axis 3 slowest, the `moving` axis
@@ -166,14 +166,13 @@ TEST(MakeBlocks, OrdersBlocksByTheirPlaceAndMembersByNumber) {
   }
 }
 
-TEST(ChunkOrder, IsMetadataGuideCrossingsThenPieceByPieceKindByKindBlockByBlock) {
+TEST(ChunkOrder, IsGuideCrossingsThenPieceByPieceKindByKindBlockByBlock) {
   for (const Lattice& lattice : lattices()) {
     for (const ChunkLayout& layout : layouts(lattice)) {
       const LatticeBlocks blocks = make_blocks(lattice, layout);
-      const ChunkOrder order(blocks, layout.piece_depths.size(), false);
-      EXPECT_EQ(ChunkOrder::kMetadata, 0U);
-      EXPECT_EQ(ChunkOrder::kGuide, 1U);
-      std::size_t next = 2;
+      const ChunkOrder order(blocks, layout.piece_depths.size());
+      EXPECT_EQ(ChunkOrder::kGuide, 0U);
+      std::size_t next = 1;
       for (std::size_t b = 0; b < blocks.crossings.size(); ++b) EXPECT_EQ(order.crossings(b), next++);
       for (std::size_t piece = 0; piece < layout.piece_depths.size(); ++piece) {
         for (std::size_t kind = 0; kind < kAxisCount; ++kind) {
@@ -189,14 +188,14 @@ TEST(ChunkOrder, IsMetadataGuideCrossingsThenPieceByPieceKindByKindBlockByBlock)
 
 TEST(WholeLayout, HasOneBlockOfCrossingsAndOneOfEachKind) {
   for (const Lattice& lattice : lattices()) {
-    const LatticeBlocks blocks = make_blocks(lattice, whole_layout());
+    const LatticeBlocks blocks = make_blocks(lattice, ChunkLayout());
     EXPECT_EQ(blocks.crossings.size(), 1U);
     for (const Blocks& kind : blocks.slices) EXPECT_LE(kind.size(), 1U);
   }
 }
 
 std::size_t chunk_count(const Lattice& lattice, const ChunkLayout& layout) {
-  return ChunkOrder(make_blocks(lattice, layout), layout.piece_depths.size(), false).count();
+  return ChunkOrder(make_blocks(lattice, layout), layout.piece_depths.size()).count();
 }
 
 TEST(SplitLayout, KeepsAboutAThousandChunksForABigLattice) {

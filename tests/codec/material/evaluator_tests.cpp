@@ -450,7 +450,6 @@ TEST(Evaluator, TreatsEachChannelAsIfItWereAlone) {
       SlicedBrdf one = many.sliced;
       one.channels = {"one"};
       one.domain.reference = {many.sliced.domain.reference[c]};
-      one.domain.floor = {many.sliced.domain.floor[c]};
       one.crossing_values.clear();
       one.sample_values.clear();
       for (std::size_t k = c; k < many.sliced.crossing_values.size(); k += channels) {
