@@ -51,7 +51,7 @@ Result<AccuracyRow> accuracy_row(const PaperRow& paper, std::size_t count, const
   const auto source = make_kurt_source(*model);
   SliceOptions slices = options.slices;
   slices.stop = SampleCount{kPaperCounts[count]};
-  slices.encoding.precision = 0;  // the paper's samples are not rounded
+  slices.precision = 0;  // the paper's samples are not rounded
   if (!options.automatic) slices.structure = table_3_placement(kPaperCounts[count]);
   StepwiseProgress steps(progress);
   Result<Slicing> slicing = slice_source(*source, slices, steps.step(kSlicingShare));

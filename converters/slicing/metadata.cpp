@@ -24,7 +24,6 @@ constexpr const char* kSha256 = "sha256";
 constexpr const char* kCommand = "command";
 constexpr const char* kQuantity = "quantity";
 constexpr const char* kColour = "colour";
-constexpr const char* kPrecision = "precision_percent";
 constexpr const char* kSymmetrised = "symmetrised";
 constexpr const char* kReciprocityResidual = "reciprocity_residual_percent";
 constexpr const char* kRefinement = "refinement";
@@ -59,7 +58,6 @@ constexpr std::array kKeys = {
     MetadataKey{"", key::kCommand, MetadataType::kText, ""},
     MetadataKey{"", key::kQuantity, MetadataType::kText, ""},
     MetadataKey{"", key::kColour, MetadataType::kText, ""},
-    MetadataKey{"", key::kPrecision, MetadataType::kNumber, "%"},
     MetadataKey{"", key::kSymmetrised, MetadataType::kBoolean, ""},
     MetadataKey{"", key::kReciprocityResidual, MetadataType::kNumber, "%"},
     MetadataKey{"", key::kRefinement, MetadataType::kText, ""},
@@ -95,19 +93,25 @@ double rounded(double value) {
   return std::strtod(text.data(), nullptr);
 }
 
-Json describe_source(const SourceTraits& traits, const std::string& sha256) {
-  Json source = {{key::kFormat, traits.format}, {key::kDescription, traits.description}};
-  if (!sha256.empty()) source[key::kSha256] = sha256;
+constexpr std::size_t kLeanDigits = 16;  // of the checksum: enough to tell files apart
+
+Json describe_source(const SourceTraits& traits, const SliceOptions& options) {
+  const bool full = options.metadata == MetadataDetail::kFull;
+  Json source = {{key::kFormat, traits.format}};
+  if (full) source[key::kDescription] = traits.description;
+  if (!options.source_sha256.empty()) {
+    source[key::kSha256] = full ? options.source_sha256 : options.source_sha256.substr(0, kLeanDigits);
+  }
   return source;
 }
 
-Json describe_error(const SliceReport& report) {
-  Json error = {
-      {key::kMre, rounded(report.error.mre_percent)},
-      {key::kRelL1, rounded(report.error.rel_l1_percent)},
-      {key::kDirections, report.error_directions},
-      {key::kMeasuredOn, fmt::format("random directions that took no part in any choice, theta up to {:g} degrees",
-                                     report.theta_max_deg)}};
+Json describe_error(const SliceReport& report, bool full) {
+  Json error = {{key::kMre, rounded(report.error.mre_percent)}, {key::kRelL1, rounded(report.error.rel_l1_percent)}};
+  if (full) {
+    error[key::kDirections] = report.error_directions;
+    error[key::kMeasuredOn] = fmt::format("random directions that took no part in any choice, theta up to {:g} degrees",
+                                          report.theta_max_deg);
+  }
   if (report.error_values_all_zero) error[key::kValuesAllZero] = true;
   return error;
 }
@@ -141,19 +145,24 @@ std::span<const MetadataKey> metadata_keys() { return kKeys; }
 std::string_view metadata_type_name(MetadataType type) { return kTypeNames[static_cast<std::size_t>(type)]; }
 
 std::string metadata_of_slicing(const SourceTraits& traits, const SliceOptions& options, const SliceReport& report) {
+  if (options.metadata == MetadataDetail::kNone) return {};
+  const bool full = options.metadata == MetadataDetail::kFull;
   Json json;
-  json[key::kSource] = describe_source(traits, options.source_sha256);
-  if (!options.command.empty()) json[key::kCommand] = options.command;
-  json[key::kQuantity] = "f_r, 1/sr, without cosine";
-  json[key::kColour] = "channels as in the source, linear";
-  json[key::kPrecision] = rounded(100 * options.encoding.precision);
-  json[key::kSymmetrised] = !traits.reciprocal;
-  json[key::kReciprocityResidual] = rounded(report.reciprocity_difference_percent);
-  json[key::kRefinement] = name_of(kRefinementNames, options.refinement);
-  json[key::kZeroValues] = report.zero_values;
-  json[key::kNegativeValues] = report.negative_values;
+  json[key::kSource] = describe_source(traits, options);
+  if (full && !options.command.empty()) json[key::kCommand] = options.command;
+  if (full) {
+    json[key::kQuantity] = "f_r, 1/sr, without cosine";
+    json[key::kColour] = "channels as in the source, linear";
+    json[key::kSymmetrised] = !traits.reciprocal;
+  }
+  if (full || !traits.reciprocal) json[key::kReciprocityResidual] = rounded(report.reciprocity_difference_percent);
+  if (full) {
+    json[key::kRefinement] = name_of(kRefinementNames, options.refinement);
+    json[key::kZeroValues] = report.zero_values;
+    json[key::kNegativeValues] = report.negative_values;
+  }
   if (report.filled_samples > 0) json[key::kFilledSamples] = report.filled_samples;
-  json[key::kError] = describe_error(report);
+  json[key::kError] = describe_error(report, full);
   for (const Finding& finding : traits.findings) {
     json[key::kFindings].push_back(
         {{key::kWhat, finding.what}, {key::kCount, finding.count}, {key::kTotal, finding.total}});
@@ -161,14 +170,31 @@ std::string metadata_of_slicing(const SourceTraits& traits, const SliceOptions& 
   return emit_metadata(json);
 }
 
-std::string metadata_of_copy(const std::string& text, double precision) {
+std::string metadata_of_copy(const std::string& text, double precision_before) {
   Json json = parse_metadata(text);
   if (!json.is_object()) return text;
   if (!json.contains(key::kErrorBeforeRounding)) rename(json, key::kError, key::kErrorBeforeRounding);
-  if (const auto before = json.find(key::kPrecision); before != json.end() && *before != 0.0) {
-    append(json, key::kCodedBefore, Json(*before));
+  if (precision_before != 0) append(json, key::kCodedBefore, Json(rounded(100 * precision_before)));
+  return emit_metadata(json);
+}
+
+std::string lean_metadata(const std::string& text) {
+  Json json = parse_metadata(text);
+  if (!json.is_object()) return text;
+  if (json.value(key::kSymmetrised, Json(true)) == false) json.erase(key::kReciprocityResidual);
+  for (const char* name : {key::kCommand, key::kQuantity, key::kColour, key::kSymmetrised, key::kRefinement,
+                           key::kZeroValues, key::kNegativeValues}) {
+    json.erase(name);
   }
-  json[key::kPrecision] = 100 * precision;
+  if (const auto source = json.find(key::kSource); source != json.end() && source->is_object()) {
+    source->erase(key::kDescription);
+    const auto sum = source->find(key::kSha256);
+    if (sum != source->end() && sum->is_string()) *sum = sum->get<std::string>().substr(0, kLeanDigits);
+  }
+  if (const auto error = json.find(key::kError); error != json.end() && error->is_object()) {
+    error->erase(key::kDirections);
+    error->erase(key::kMeasuredOn);
+  }
   return emit_metadata(json);
 }
 

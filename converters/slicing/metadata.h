@@ -29,13 +29,18 @@ struct MetadataKey {
 /// "text", "number", "count", "boolean", "object" or "list", as the specification calls it.
 [[nodiscard]] std::string_view metadata_type_name(MetadataType type);
 
-/// Of a file that was sampled: the source, the choices, and what the report says. Texts that are not UTF-8 are mended.
+/// Of a file that was sampled, in as much detail as the options say: the source, the choices, and what the report says.
+/// Texts that are not UTF-8 are mended.
 [[nodiscard]] std::string metadata_of_slicing(const SourceTraits& traits, const SliceOptions& options,
                                               const SliceReport& report);
 
-/// Of a copy whose samples were rounded again, to within `precision` (as a fraction; 0: not). The errors in `text` were
-/// measured before and are kept under another name. What is no object stays as it is.
-[[nodiscard]] std::string metadata_of_copy(const std::string& text, double precision);
+/// Of a copy whose samples were rounded again; before, they were rounded to within `precision_before` (as a fraction;
+/// 0: not). The errors in `text` were measured before and are kept under another name. What is no object stays as it
+/// is.
+[[nodiscard]] std::string metadata_of_copy(const std::string& text, double precision_before);
+
+/// What MetadataDetail::kLean leaves of metadata. What is no object stays as it is.
+[[nodiscard]] std::string lean_metadata(const std::string& text);
 
 /// What was taken out of a file.
 struct ExtractedPart {

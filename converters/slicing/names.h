@@ -6,6 +6,7 @@
 #include "codec/frame/frame.h"
 #include "codec/material/value_domain.h"
 #include "codec/sampling/adaptive_sampling.h"
+#include "converters/slicing/options.h"
 #include "formats/core/named.h"
 
 namespace sbrdf::internal {
@@ -23,5 +24,7 @@ inline constexpr std::array kRefinementNames = {Named{"true", Refinement::kBySou
                                                 Named{"measured", Refinement::kByMeasured}};
 inline constexpr std::array kChunkNames = {Named{"auto", ChunkSize::kAuto}, Named{"whole", ChunkSize::kWhole},
                                            Named{"split", ChunkSize::kSplit}};
+inline constexpr std::array kMetadataNames = {
+    Named{"lean", MetadataDetail::kLean}, Named{"full", MetadataDetail::kFull}, Named{"none", MetadataDetail::kNone}};
 
 }  // namespace sbrdf::internal

@@ -45,7 +45,14 @@ struct SearchedStructure {
 /// isotropic sources, isotropy, as in the paper: nothing is searched.
 using StructureRule = std::variant<SearchedStructure, Placement>;
 
-/// How a source is sampled into slices.
+/// How much a file tells of how it came to be.
+enum class MetadataDetail : std::uint8_t {
+  kNone,  ///< nothing
+  kLean,  ///< format and checksum of the source, errors, findings, and what symmetrising changed
+  kFull,  ///< all that the specification has a key for
+};
+
+/// How a source is sampled into slices, and how a file of these is coded.
 struct SliceOptions {
   StopRule stop = SampleCount{};
   StructureRule structure = SearchedStructure{};
@@ -56,9 +63,11 @@ struct SliceOptions {
   std::optional<double> theta_max_deg;
   std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kByMeasured (the paper's), 0.1 for kBySource
 
-  EncodeOptions encoding = {0.001};  ///< errors are measured on what a file of this precision gives back
-  std::string source_sha256;         ///< of the file that the source was read from, for the metadata; may be empty
-  std::string command;               ///< that asked for this, for the metadata; may be empty
+  std::optional<double> precision;  ///< see EncodeOptions::precision; open: as coarse as the error allows
+  ChunkSize chunks = ChunkSize::kAuto;
+  MetadataDetail metadata = MetadataDetail::kLean;
+  std::string source_sha256;  ///< of the file that the source was read from, for the metadata; may be empty
+  std::string command;        ///< that asked for this, for the metadata; may be empty
 };
 
 /// kUsage, saying what may be, for a number that may not.

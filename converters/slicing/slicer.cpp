@@ -53,7 +53,30 @@ std::uint64_t measurements_for(const SamplingOptions& sampling) {
   return sampling.sample_count * (sampling.refinement == Refinement::kBySource ? 4 : 1);
 }
 
+// Of what a file of that precision gives back.
+HeldBackError rounded_error(const Slicing& slicing, double precision, const HeldBack& held_back) {
+  if (precision == 0) return judge(Evaluator(slicing.sliced, slicing.lattice), held_back);
+  SlicedBrdf coded = slicing.sliced;
+  round_to_precision(coded, precision);
+  return judge(Evaluator(coded, slicing.lattice), held_back);
+}
+
 }  // namespace
+
+const std::vector<double>& tried_precisions() {
+  static const std::vector<double> kTried = [] {
+    std::vector<double> tried;
+    for (double tenfold = 0.1; tenfold > 0.9e-6; tenfold /= 10) {
+      for (const double part : {4.7, 3.3, 2.2, 1.5, 1.0, 0.68}) {
+        const std::uint32_t millionths = millionths_of(tenfold * part);
+        if (millionths > 0 && (tried.empty() || bound_of(millionths) < tried.back()))
+          tried.push_back(bound_of(millionths));
+      }
+    }
+    return tried;
+  }();
+  return kTried;
+}
 
 Slicer::Slicer(const BrdfSource& source, const SliceOptions& options)
     : source_(source), options_(options), measured_(&source), theta_max_deg_(theta_max_of(source, options)) {
@@ -70,8 +93,10 @@ Slicer::Slicer(const BrdfSource& source, const SliceOptions& options)
 Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& options) {
   if (Status status = check_options(options); !status) return status.error();
   Slicer slicer(source, options);
+  slicer.reciprocity_difference_percent_ = reciprocity_difference_percent(source);
   slicer.symmetries_ = slicer.symmetries_to_use();
-  const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop);
+  const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop) ||
+                       !options.precision;
   if (chooses) {
     Result<HeldBack> choice = slicer.draw(kChoiceSeed);
     if (!choice) return choice.error();
@@ -178,22 +203,40 @@ std::uint64_t Slicer::count_filled(const Slicing& slicing) const {
   return static_cast<std::uint64_t>(std::count(flags.begin(), flags.end(), std::uint8_t{0}));
 }
 
-double Slicer::error_on(const HeldBack& held_back, const Slicing& slicing) const {
-  SlicedBrdf coded = slicing.sliced;
-  round_to_precision(coded, options_.encoding.precision);
-  return objective_value(judge(Evaluator(coded, slicing.lattice), held_back), objective_of(options_.stop));
+double Slicer::error_on_choice(const Slicing& slicing, double precision) const {
+  return objective_value(rounded_error(slicing, precision, choice_), objective_of(options_.stop));
+}
+
+double Slicer::error_on_report(const Slicing& slicing, double precision) const {
+  return objective_value(rounded_error(slicing, precision, report_), objective_of(options_.stop));
+}
+
+double Slicer::precision_for(const Slicing& slicing) const {
+  if (options_.precision) return *options_.precision;
+  constexpr double kShare = 0.1;
+  constexpr double kAlways = 0.0015;  // [percentage points]
+  const HeldBackError exact = rounded_error(slicing, 0, choice_);
+  // Of what has no error that could be compared, a thousandth is fine enough.
+  if (!std::isfinite(exact.mre_percent) || !std::isfinite(exact.rel_l1_percent)) return 0.001;
+  const auto little_more = [&](double error, double than) { return error <= than + std::max(kShare * than, kAlways); };
+  const auto found = coarsest_precision([&](double precision) {
+    const HeldBackError error = rounded_error(slicing, precision, choice_);
+    return little_more(error.mre_percent, exact.mre_percent) && little_more(error.rel_l1_percent, exact.rel_l1_percent);
+  });
+  return found.value_or(0);
 }
 
 void Slicer::finish(Slicing& slicing) const {
+  if (!slicing.precision) slicing.precision = precision_for(slicing);
   SliceReport& report = slicing.report;
-  round_to_precision(slicing.sliced, options_.encoding.precision);
+  round_to_precision(slicing.sliced, *slicing.precision);
   for (const auto* values : {&slicing.sliced.crossing_values, &slicing.sliced.sample_values}) {
     report.values += values->size();
     report.zero_values += static_cast<std::uint64_t>(std::count(values->begin(), values->end(), 0.0F));
     report.negative_values +=
         static_cast<std::uint64_t>(std::count_if(values->begin(), values->end(), [](float v) { return v < 0; }));
   }
-  report.reciprocity_difference_percent = reciprocity_difference_percent(source_);
+  report.reciprocity_difference_percent = reciprocity_difference_percent_;
   report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
   report.error_directions = report_.pairs.size();
   report.error_values_all_zero = all_zero(report_);
@@ -219,7 +262,7 @@ void Slicer::look_closer(Slicing& slicing) const {
 
 std::size_t Slicer::file_size(Slicing slicing) const {
   finish(slicing);
-  return encode_sliced(slicing.sliced, slicing.lattice, options_.encoding).size();
+  return encode_sliced(slicing.sliced, slicing.lattice, encoding_of(slicing, options_)).size();
 }
 
 }  // namespace sbrdf::internal

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,17 @@
 #include "converters/source/filled_source.h"
 
 namespace sbrdf::internal {
+
+/// Precisions that are tried, six to a tenfold, from the coarsest to the finest that a file can have.
+[[nodiscard]] const std::vector<double>& tried_precisions();
+
+/// The coarsest of them that is `good_enough`, which finer ones then are, too; nothing where none is.
+template <class GoodEnough>
+std::optional<double> coarsest_precision(const GoodEnough& good_enough) {
+  const std::vector<double>& tried = tried_precisions();
+  const auto found = std::partition_point(tried.begin(), tried.end(), [&](double p) { return !good_enough(p); });
+  return found == tried.end() ? std::nullopt : std::optional(*found);
+}
 
 /// How far a search for a structure goes: its regular starts suffice to tell how many samples a target will take.
 enum class Effort : std::uint8_t { kStarts, kFull };
@@ -40,15 +53,18 @@ class Slicer {
   /// Both.
   [[nodiscard]] Result<Slicing> slice(std::uint64_t sample_count, Effort effort, const Progress& progress) const;
 
-  /// The error of what a file would give back [%], by the measure of the stop rule: on the directions that choices are
-  /// made by, and on those that took no part in any.
-  [[nodiscard]] double error_on_choice(const Slicing& slicing) const { return error_on(choice_, slicing); }
-  [[nodiscard]] double error_on_report(const Slicing& slicing) const { return error_on(report_, slicing); }
+  /// The error of what a file of that precision would give back [%], by the measure of the stop rule: on the directions
+  /// that choices are made by, and on those that took no part in any.
+  [[nodiscard]] double error_on_choice(const Slicing& slicing, double precision) const;
+  [[nodiscard]] double error_on_report(const Slicing& slicing, double precision) const;
+  /// The precision that was asked for. Open: the coarsest at which rounding adds no more than a tenth to either error
+  /// on the directions that choices are made by, or 0.0015 percentage points.
+  [[nodiscard]] double precision_for(const Slicing& slicing) const;
   /// The source is zero on one of the two: no relative error can be stated.
   [[nodiscard]] bool all_held_back_zero() const { return all_zero(choice_) || all_zero(report_); }
   [[nodiscard]] std::size_t held_back_count() const { return report_.pairs.size(); }
 
-  /// Rounds the samples to the precision, and fills report and metadata.
+  /// Rounds the samples to the precision, which it chooses where it is open, and fills report and metadata.
   void finish(Slicing& slicing) const;
   /// Fills what people are told of the error, but not the metadata, of a slicing that is finished.
   void look_closer(Slicing& slicing) const;
@@ -63,7 +79,6 @@ class Slicer {
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
                                          const Progress& progress) const;
   [[nodiscard]] std::uint64_t count_filled(const Slicing& slicing) const;
-  [[nodiscard]] double error_on(const HeldBack& held_back, const Slicing& slicing) const;
 
   const BrdfSource& source_;
   const SliceOptions& options_;
@@ -71,6 +86,7 @@ class Slicer {
   std::unique_ptr<const FilledSource> filled_;  ///< where not all directions were measured
   const BrdfSource* measured_;  ///< what is sampled: the source, made reciprocal and without holes where it is not
   double theta_max_deg_;
+  double reciprocity_difference_percent_ = 0;
   Symmetries symmetries_;
   HeldBack choice_;  ///< empty where nothing is chosen by it
   HeldBack report_;

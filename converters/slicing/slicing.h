@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,7 +39,14 @@ struct Slicing {
   SlicedBrdf sliced;
   Lattice lattice;
   SliceReport report;
+  std::optional<double> precision =
+      std::nullopt;  ///< of the file, see EncodeOptions; open as long as samples are sought
 };
+
+/// How a file of a slicing is coded.
+[[nodiscard]] inline EncodeOptions encoding_of(const Slicing& slicing, const SliceOptions& options) {
+  return {slicing.precision.value_or(0), options.chunks};
+}
 
 /// Samples a source into slices. One that is not reciprocal is replaced by the mean of f(i,v) and f(v,i). `metadata` of
 /// the result records the source, the choices and the report.

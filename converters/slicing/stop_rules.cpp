@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
+#include <vector>
 
 namespace sbrdf::internal {
 namespace {
@@ -23,7 +25,7 @@ bool has_too_few(const Result<T>& result) {
 
 /// The fewest samples that reach an error. Twice as many each time until they do, then bisection, both by the
 /// directions that choices are made by. The full search at that count is then judged on directions that took no part,
-/// and repaired with more samples.
+/// and repaired with more samples; an open precision is traded against their number.
 class FewestSamples {
  public:
   FewestSamples(const Slicer& slicer, double target_percent, const Progress& progress)
@@ -75,25 +77,78 @@ class FewestSamples {
       return false;
     }
     if (!slicing) return slicing.error();
-    const double error = slicer_.error_on_choice(*slicing);
+    // Where the precision is open, a finer one than any may be needed.
+    const double error = slicer_.error_on_choice(*slicing, slicer_.options().precision.value_or(0));
     remember(error, *std::move(slicing));
     return error <= target_;
   }
 
-  // More samples for as long as fresh directions say that the target is missed.
   Result<Slicing> verified() {
     best_.reset();
-    std::uint64_t count = enough_;
-    const Result<SlicePlan> plan = slicer_.plan(count, Effort::kFull, steps_.step(kFullSearch));
+    const Result<SlicePlan> plan = slicer_.plan(enough_, Effort::kFull, steps_.step(kFullSearch));
     if (!plan) return plan.error();
-    for (;; count += count / 16 + 1) {
-      if (count > kMaxSampleCount) return out_of_reach();
-      Result<Slicing> slicing = slicer_.sample(*plan, count, steps_.step(kRepair));
-      if (!slicing) return slicing.error();
-      const double error = slicer_.error_on_report(*slicing);
-      if (error <= target_) return slicing;
-      remember(error, *std::move(slicing));
+    if (Status status = try_more(*plan); !status) return status.error();
+    if (!slicer_.options().precision) {
+      if (Status status = try_fewer(*plan); !status) return status.error();
     }
+    return std::move(smallest_->slicing);
+  }
+
+  // More samples for as long as fresh directions say that the target is missed. With an open precision, then more still
+  // for as long as the coarser samples that they allow take fewer bytes.
+  Status try_more(const SlicePlan& plan) {
+    int larger = 0;
+    for (std::uint64_t count = enough_; larger < kLarger; count += count / 16 + 1) {
+      if (count > kMaxSampleCount) break;
+      Result<Slicing> slicing = slicer_.sample(plan, count, steps_.step(kRepair));
+      if (!slicing) return slicing.error();
+      const bool reached = set_precision(*slicing);
+      if (!reached) {
+        const double error = slicer_.error_on_report(*slicing, slicer_.options().precision.value_or(0));
+        remember(error, *std::move(slicing));
+        continue;
+      }
+      larger = offer(*std::move(slicing)) ? 0 : larger + 1;
+      if (slicer_.options().precision) break;
+    }
+    return smallest_ ? ok_status() : Status(out_of_reach());
+  }
+
+  // What the full search found may reach the target with fewer than the search for their number did.
+  Status try_fewer(const SlicePlan& plan) {
+    int larger = 0;
+    for (std::uint64_t count = enough_ - enough_ / 16; larger < kLarger && count >= kFewestSamples;
+         count -= count / 16) {
+      Result<Slicing> slicing = slicer_.sample(plan, count, steps_.step(kRepair));
+      if (has_too_few(slicing)) break;
+      if (!slicing) return slicing.error();
+      if (!set_precision(*slicing)) break;
+      larger = offer(*std::move(slicing)) ? 0 : larger + 1;
+    }
+    return ok_status();
+  }
+
+  // The one that was asked for, or the coarsest, with which all held-back directions reach the target; false where
+  // there is none.
+  bool set_precision(Slicing& slicing) const {
+    const auto reaches = [&](double precision) {
+      return slicer_.error_on_report(slicing, precision) <= target_ &&
+             (slicer_.options().precision || slicer_.error_on_choice(slicing, precision) <= target_);
+    };
+    if (slicer_.options().precision) {
+      slicing.precision = slicer_.options().precision;
+      return reaches(*slicing.precision);
+    }
+    slicing.precision = coarsest_precision(reaches);
+    return slicing.precision.has_value();
+  }
+
+  // Whether its file is the smallest one yet.
+  bool offer(Slicing slicing) {
+    const std::size_t bytes = slicer_.file_size(slicing);
+    if (smallest_ && bytes >= smallest_->bytes) return false;
+    smallest_ = Sized{bytes, std::move(slicing)};
+    return true;
   }
 
   void remember(double error, Slicing slicing) {
@@ -108,6 +163,12 @@ class FewestSamples {
         target_, best_->error, best_->slicing.sliced.sample_count(), slicer_.file_size(best_->slicing)));
   }
 
+  struct Sized {
+    std::size_t bytes = 0;
+    Slicing slicing;
+  };
+
+  static constexpr int kLarger = 2;      // in a row, until no smaller file is looked for
   static constexpr int kDoublings = 15;  // 64, 128, ..., 524,288 and 1,000,000
 
   const Slicer& slicer_;
@@ -116,6 +177,7 @@ class FewestSamples {
   std::uint64_t few_ = kFewestSamples / 2;
   std::uint64_t enough_ = kFewestSamples;
   std::optional<Attempt> best_;
+  std::optional<Sized> smallest_;  ///< of those that reach the target
   Error refusal_;
 };
 
@@ -182,9 +244,59 @@ class MostSamples {
     for (std::uint64_t count = few_; count >= kFewestSamples; count -= count / 50 + 1) {
       Result<Slicing> slicing = slicer_.sample(*plan, count, steps_.step(kRepair));
       if (has_too_few(slicing)) break;
-      if (!slicing || slicer_.file_size(*slicing) <= limit_) return slicing;
+      if (!slicing) return slicing;
+      if (slicer_.file_size(*slicing) > limit_) continue;
+      return slicer_.options().precision ? std::move(slicing) : traded(*plan, *std::move(slicing));
     }
     return fitting;
+  }
+
+  // Coarser samples leave room for more of them, for as long as that makes the error less.
+  Result<Slicing> traded(const SlicePlan& plan, Slicing best) {
+    best.precision = slicer_.precision_for(best);
+    double least = slicer_.error_on_choice(best, *best.precision);
+    std::uint64_t count = best.sliced.sample_count();
+    for (const double precision : tried_precisions_from(*best.precision)) {
+      Result<Slicing> slicing = filled(plan, precision, count);
+      if (!slicing && slicing.error().code == ErrorCode::kDifference) break;
+      if (!slicing) return slicing;
+      const double error = slicer_.error_on_choice(*slicing, precision);
+      if (!(error < least)) break;
+      least = error;
+      count = slicing->sliced.sample_count();
+      best = *std::move(slicing);
+    }
+    return best;
+  }
+
+  // As many samples, from `count` on, as fit with a precision.
+  Result<Slicing> filled(const SlicePlan& plan, double precision, std::uint64_t count) {
+    constexpr int kSteps = 4;
+    std::optional<Slicing> fitting;
+    for (int k = 0; k < kSteps; ++k) {
+      Result<Slicing> slicing = slicer_.sample(plan, count, steps_.step(kRepair));
+      if (!slicing) return slicing;
+      slicing->precision = precision;
+      const std::size_t bytes = slicer_.file_size(*slicing);
+      const bool fits = bytes <= limit_;
+      if (fits) fitting = *std::move(slicing);
+      if (fitting && (!fits || bytes > limit_ - limit_ / 50)) break;
+      const double share = static_cast<double>(limit_) / static_cast<double>(bytes);
+      const auto next = static_cast<std::uint64_t>(static_cast<double>(count) * (fits ? share : share * 0.98));
+      if (next == count || next < kFewestSamples || next > kMaxSampleCount) break;
+      count = next;
+    }
+    if (fitting) return *std::move(fitting);
+    return difference_error("no number of samples fits");
+  }
+
+  // Coarser ones than `precision`, the finest first.
+  static std::vector<double> tried_precisions_from(double precision) {
+    std::vector<double> coarser;
+    for (const double p : tried_precisions()) {
+      if (p > precision) coarser.insert(coarser.begin(), p);
+    }
+    return coarser;
   }
 
   const Slicer& slicer_;

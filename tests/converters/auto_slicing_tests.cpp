@@ -241,7 +241,7 @@ TEST(ReproduceAccuracy, JudgesSamplesThatAreNotRounded) {
     SliceOptions slices = options.slices;
     slices.structure = table_3_placement(8911);
     slices.stop = SampleCount{8911};
-    slices.encoding.precision = precision;
+    slices.precision = precision;
     Slicing slicing = slice_source(*source, slices).value();
     CompareOptions directions;
     directions.random_count = options.random_count;

@@ -410,7 +410,7 @@ TEST(SaveSource, CopiesWithoutResamplingWhereAFormatHoldsJustThis) {
 
 TEST(SaveSource, WritesProvenanceIntoMetadata) {
   const auto source = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
-  Options options = Options().set("samples", "40").set("placement", "40/180");
+  Options options = Options().set("samples", "40").set("placement", "40/180").set("metadata", "full");
   options.provenance = {"what was asked for", "0123"};
   const auto file = open_source(source_of(save("sbrdf", *source, options)->bytes)).value();
   EXPECT_THAT(file->sliced()->sliced.metadata, HasSubstr(R"("command":"what was asked for")"));

@@ -304,7 +304,7 @@ TEST(Bundle, TellsTheNearestNames) {
   std::vector<BundleInput> inputs;
   const Bytes file = container_of(3, 0, 2);
   for (const char* name : {"fabric112", "fabric135", "red velvet", "wood01", "wood02", "silk", "paint"}) {
-    inputs.push_back({name, file, 0});
+    inputs.push_back({name, file});
   }
   const Bytes bundle = emit_bundle(inputs).value();
   const MemorySource source(bundle);
@@ -321,7 +321,7 @@ TEST(Bundle, TellsTheNearestNames) {
 TEST(Bundle, OrdersNamesByTheirBytes) {
   std::vector<BundleInput> inputs;
   const Bytes file = container_of(3, 0, 2);
-  for (const char* name : {"\u00e9", "z", "a10", "a", "B", "a2"}) inputs.push_back({name, file, 0});
+  for (const char* name : {"\u00e9", "z", "a10", "a", "B", "a2"}) inputs.push_back({name, file});
   const Bytes bundle = emit_bundle(inputs).value();
   const MemorySource source(bundle);
   const BundleReader reader = BundleReader::open(source).value();

@@ -36,7 +36,7 @@ namespace hostile {
 
 inline constexpr std::uint8_t kCheapest = 1;     // the distribution that gives a residual of 0 the greatest frequency
 inline constexpr std::uint8_t kMostlyYes = 255;  // of 256
-inline constexpr std::size_t kNoise = 5000;      // bundles take no head that shrinks to less than a 4096th
+inline constexpr std::size_t kNoise = 9000;      // bundles take no head that shrinks to less than a 4096th
 
 /// A stream of so many times `flag` (or not) and `zeros` residuals of 0; all contexts are coded alike.
 inline std::vector<std::byte> stream_of(std::uint64_t times, bool flag, std::size_t zeros) {

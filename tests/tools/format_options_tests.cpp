@@ -83,12 +83,12 @@ TEST(FormatOptionsOfConvert, StandInTheMetadataAsGivenInTheOrderOfTheirDeclarati
   const ScratchFolder folder;
   const std::string out = folder / "out.sbrdf";
   ASSERT_EQ(run_sbrdf({"convert", "kurt:wood01", out, "--chunks", "split", "--no-mirrors", "--placement", "40/90",
-                       "--domain", "linear", "--samples", "0500"})
+                       "--domain", "linear", "--samples", "0500", "--metadata", "full"})
                 .exit_code,
             0);
   EXPECT_EQ(run_sbrdf({"info", out, "--json"}).json()["metadata"]["command"],
             "sbrdf convert kurt:wood01 out.sbrdf --samples 0500 --domain linear --placement 40/90 --no-mirrors "
-            "--chunks split");
+            "--chunks split --metadata full");
 }
 
 /// A sliced file with one channel.

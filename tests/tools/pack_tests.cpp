@@ -26,7 +26,7 @@ class Pack : public testing::Test {
     int samples = 40;
     for (const char* name : {"wood", "fabric", "velvet"}) {
       const auto run = run_sbrdf({"convert", "kurt:wood01", file(name), "--placement", "40/180", "--samples",
-                                  std::to_string(samples += 20), "--domain", "log"});
+                                  std::to_string(samples += 20), "--domain", "log", "--metadata", "full"});
       if (run.exit_code != 0) throw std::runtime_error(run.err);
     }
     write_bytes(folder_ + "/readme.txt", bytes_of("not a material"));

@@ -37,7 +37,7 @@ Result<StorageRow> audit(const std::string& name, const AuditOptions& options) {
   }
   SliceOptions slices;
   slices.stop = SampleCount{options.samples};
-  slices.encoding.precision = 0;
+  slices.precision = 0;
   if (options.placement == "paper") slices.structure = table_3_placement(options.samples);
   ProgressBar bar(name);
   const Result<Slicing> slicing = slice_source(*opened->source, slices, bar.progress());

@@ -23,7 +23,7 @@ constexpr Range kGap = {0.01, 90};                  // [degrees]
 constexpr std::string_view kAuto = "auto";          // the choice is the program's
 constexpr std::string_view kSearch = "search";      // placement: nodes by the error on held-back directions
 constexpr std::string_view kPaper = "paper";        // placement: by Table 3
-constexpr std::string_view kLossless = "lossless";  // precision
+constexpr std::string_view kLossless = "lossless";  // precision; "auto", too, which is the default
 
 /// The names of a table after "auto".
 template <class T, std::size_t N>
@@ -37,6 +37,7 @@ constexpr auto kFrameChoices = auto_or(kFrameNames);
 constexpr auto kDomainChoices = auto_or(kDomainNames);
 constexpr auto kRefinementChoices = names_of(kRefinementNames);
 constexpr auto kChunkChoices = names_of(kChunkNames);
+constexpr auto kMetadataChoices = names_of(kMetadataNames);
 
 std::optional<Placement> parse_steps(std::string_view text) {
   const std::size_t slash = text.find('/');
@@ -61,8 +62,8 @@ std::optional<double> parse_precision(std::string_view text) {
 }
 
 Status check_precision(std::string_view text) {
-  if (parse_precision(text)) return ok_status();
-  return usage_error(fmt::format("'{}' is neither lossless nor 0.0001 to 50 percent, such as 0.1%", text));
+  if (text == kAuto || parse_precision(text)) return ok_status();
+  return usage_error(fmt::format("'{}' is neither auto, lossless, nor 0.0001 to 50 percent, such as 0.1%", text));
 }
 
 constexpr std::array kOptions = {
@@ -133,23 +134,33 @@ constexpr std::array kOptions = {
                .kind = OptionKind::kFlag,
                .meaning = "Do not use mirror symmetries of the source; a placement by steps never does"},
     OptionSpec{.name = "precision",
-               .unit = "lossless|P%",
-               .fallback = "0.1%, or as in a sliced IN",
+               .unit = "auto|lossless|P%",
+               .fallback = "auto, or as in a sliced IN",
                .check = check_precision,
-               .meaning = "Largest relative error of every stored sample, in percent, or lossless"},
-    OptionSpec{.name = "chunks",
+               .meaning = "Largest relative error of every stored sample, in percent, or lossless; auto: as coarse as "
+                          "adds a tenth to the error of the file, or as makes the file that --target-mre, "
+                          "--target-rel-l1 or --max-bytes ask for smallest or best"},
+    OptionSpec{
+        .name = "chunks",
+        .kind = OptionKind::kChoice,
+        .choices = kChunkChoices,
+        .fallback = kAuto,
+        .meaning =
+            "whole: one chunk, the smallest file; split: a region can be loaded by itself; auto: split from 65,536 "
+            "samples on"},
+    OptionSpec{.name = "metadata",
                .kind = OptionKind::kChoice,
-               .choices = kChunkChoices,
-               .fallback = kAuto,
-               .meaning = "whole: one chunk, the smallest file; split: a region or a level of detail can be loaded by "
-                          "itself; auto: split from 65,536 "
-                          "samples on"},
+               .choices = kMetadataChoices,
+               .fallback = "lean, or as in a sliced IN",
+               .meaning =
+                   "What a file says of how it came to be; lean: source, errors and findings; full: the command, "
+                   "conventions and counts, too"},
 };
 
 /// Each says by itself when to stop.
 constexpr std::array<std::string_view, 4> kStopRules = {"samples", "target-mre", "target-rel-l1", "max-bytes"};
 /// How a file is coded, whatever its samples.
-constexpr std::array<std::string_view, 2> kCoding = {"precision", "chunks"};
+constexpr std::array<std::string_view, 3> kCoding = {"precision", "chunks", "metadata"};
 
 std::string placement_of(const Options& options) { return options.text("placement").value_or(std::string(kAuto)); }
 
@@ -230,10 +241,13 @@ SliceOptions slice_options(const Options& options) {
   if (const auto theta_max = options.number("theta-max")) slices.theta_max_deg = std::round(100 * *theta_max) / 100;
   slices.minimum_gap_deg = options.number("minimum-gap");
   if (const auto precision = options.text("precision")) {
-    slices.encoding.precision = parse_precision(*precision).value_or(slices.encoding.precision);
+    slices.precision = parse_precision(*precision);
   }
   if (const auto chunks = options.text("chunks")) {
-    slices.encoding.chunks = value_of(kChunkNames, *chunks).value_or(slices.encoding.chunks);
+    slices.chunks = value_of(kChunkNames, *chunks).value_or(slices.chunks);
+  }
+  if (const auto metadata = options.text("metadata")) {
+    slices.metadata = value_of(kMetadataNames, *metadata).value_or(slices.metadata);
   }
   slices.source_sha256 = options.provenance.source_sha256;
   slices.command = options.provenance.command;

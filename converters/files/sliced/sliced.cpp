@@ -61,6 +61,10 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
                  "samples not placed: every interval is at the smallest gap");
   }
   remarks.push_back({"theta_max_deg", report.theta_max_deg, theta_max_text(report.theta_max_deg)});
+  remarks.push_back({"precision_percent", 100 * slicing.precision.value_or(0),
+                     slicing.precision.value_or(0) == 0
+                         ? "samples are as they were measured"
+                         : "samples are rounded to within " + percent_text(100 * *slicing.precision)});
   for (const std::string& reason : report.reasons) remarks.push_back({"choice", 0, reason});
   remark_errors(report, slicing.sliced.channels, told);
   if (report.error_values_all_zero) {
@@ -75,14 +79,14 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
 }
 
 Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& options, Report& report) {
-  EncodeOptions encoding = slice_options(options).encoding;
-  if (!options.has("precision")) encoding.precision = content.precision;
+  const SliceOptions asked = slice_options(options);
+  // Without the source there is no error that could choose a precision.
+  const EncodeOptions encoding = {asked.precision.value_or(content.precision), asked.chunks};
   report.remarks.push_back({"copied", 1, "copied without sampling again"});
-  if (encoding.precision == content.precision) {
-    return sink.write(0, encode_sliced(content.sliced, content.lattice, encoding));
-  }
   SlicedBrdf copy = content.sliced;
-  copy.metadata = metadata_of_copy(copy.metadata, encoding.precision);
+  if (encoding.precision != content.precision) copy.metadata = metadata_of_copy(copy.metadata, content.precision);
+  if (options.has("metadata") && asked.metadata == MetadataDetail::kNone) copy.metadata.clear();
+  if (options.has("metadata") && asked.metadata == MetadataDetail::kLean) copy.metadata = lean_metadata(copy.metadata);
   return sink.write(0, encode_sliced(copy, content.lattice, encoding));
 }
 
@@ -142,7 +146,7 @@ Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& opti
   const Result<Slicing> slicing = slice_source(source, slices, progress);
   if (!slicing) return slicing.error();
   remark_slicing(*slicing, source.traits().reciprocal, report);
-  return sink.write(0, encode_sliced(slicing->sliced, slicing->lattice, slices.encoding));
+  return sink.write(0, encode_sliced(slicing->sliced, slicing->lattice, encoding_of(*slicing, slices)));
 }
 
 }  // namespace sbrdf::internal

@@ -188,7 +188,7 @@ TEST(BoundedScale, MayBeginAtNothing) {
 TEST(BoundedScale, IsTheSameWhenMadeFromWhatAFileHolds) {
   for (const double bound : kBounds) {
     const Quantizer made = scale_from_least(bound);
-    const Quantizer read(made.bound(), made.per_octave(), made.ratio(), made.lowest());
+    const Quantizer read(bound_of(millionths_of(made.bound())), made.lowest());
     EXPECT_EQ(read.bound(), made.bound());
     for (const float v : magnitudes(2000)) {
       const std::int32_t step = made.step(v);
@@ -200,9 +200,9 @@ TEST(BoundedScale, IsTheSameWhenMadeFromWhatAFileHolds) {
 
 TEST(BoundedScale, BeginsEveryOctaveAtAPowerOfTwo) {
   // Step counts for which the reciprocal alone would be off by one.
-  for (const std::int32_t per_octave : {1, 49, 347, 3466}) {
-    const Quantizer scale(0.001, static_cast<std::uint32_t>(per_octave), std::exp2(1.0 / per_octave),
-                          -100 * per_octave);
+  for (const auto& [bound, per_octave] : {std::pair{0.5, 1}, {0.007073, 49}, {0.001, 347}, {0.0001, 3468}}) {
+    const Quantizer scale(bound, -100 * per_octave);
+    ASSERT_EQ(scale.per_octave(), static_cast<std::uint32_t>(per_octave));
     for (int octave = -100; octave <= 100; ++octave) {
       EXPECT_EQ(scale.value((octave + 100) * per_octave + 1), std::ldexp(1.0F, octave)) << per_octave;
     }
@@ -211,17 +211,24 @@ TEST(BoundedScale, BeginsEveryOctaveAtAPowerOfTwo) {
 
 TEST(BoundedScale, GivesSomethingForEveryStepOfAnyScaleThatAFileMayHold) {
   constexpr std::int32_t kLargest = std::numeric_limits<std::int32_t>::max();
-  for (const std::uint32_t per_octave : {1U, 35U, 1U << 20U}) {
-    for (const double ratio : {std::nextafter(1.0, 2.0), 1.5, 2.0}) {
-      for (const std::int32_t lowest : {-(1 << 29), 0, 1 << 29}) {
-        const Quantizer scale(0.01, per_octave, ratio, lowest);
-        for (const std::int32_t step : {1, 1000, kLargest}) {
-          EXPECT_GE(scale.value(step), 0) << step;
-          EXPECT_LE(scale.value(-step), 0) << step;
-        }
+  for (const std::uint32_t millionths : {1U, 20'000U, 500'000U}) {
+    for (const std::int32_t lowest : {-(1 << 29), 0, 1 << 29}) {
+      const Quantizer scale(bound_of(millionths), lowest);
+      for (const std::int32_t step : {1, 1000, kLargest}) {
+        EXPECT_GE(scale.value(step), 0) << step;
+        EXPECT_LE(scale.value(-step), 0) << step;
       }
     }
   }
+}
+
+TEST(MillionthsOf, GivesDecimalFractionsBackAndNeverMoreThanTheBound) {
+  for (std::uint32_t k = 1; k <= 500'000; k += k < 2000 ? 1 : 997) {
+    ASSERT_EQ(millionths_of(static_cast<double>(k) / 1e4 / 100), k) << "as a percentage";
+    ASSERT_EQ(millionths_of(bound_of(k)), k);
+    ASSERT_EQ(millionths_of(bound_of(k) * 1.0000001), k);
+  }
+  EXPECT_EQ(millionths_of(0.0000019), 1U);
 }
 
 TEST(LosslessScale, GivesBackEveryBit) {

@@ -98,19 +98,33 @@ void check_members(std::string_view in, const Json& object, std::set<std::string
   }
 }
 
-std::string full_metadata() {
+std::string metadata_in(MetadataDetail detail) {
   SourceTraits traits;
   traits.format = "test";
   traits.description = "a source";
   traits.findings = {{"cells with a negative channel", 3, 10}};
   SliceOptions options;
-  options.source_sha256 = "0123";
+  options.metadata = detail;
+  options.source_sha256 = "0123456789abcdef0123456789abcdef";
   options.command = "sbrdf convert a b";
   SliceReport report;
   report.filled_samples = 2;
   report.error = {std::numeric_limits<double>::infinity(), 2.34567};
   report.error_values_all_zero = true;
   return metadata_of_slicing(traits, options, report);
+}
+
+std::string full_metadata() { return metadata_in(MetadataDetail::kFull); }
+
+TEST(Metadata, OfLeanFilesTellWhatUsersMustKnow) {
+  const std::string lean = metadata_in(MetadataDetail::kLean);
+  EXPECT_EQ(lean, lean_metadata(full_metadata()));
+  const Json json = Json::parse(lean);
+  EXPECT_EQ(json["source"], Json::parse(R"({"format": "test", "sha256": "0123456789abcdef"})"));
+  EXPECT_EQ(json["error"]["rel_l1_percent"], 2.346);
+  EXPECT_EQ(json["findings"].size(), 1U);
+  EXPECT_FALSE(json.contains("command"));
+  EXPECT_EQ(metadata_in(MetadataDetail::kNone), "");
 }
 
 TEST(Metadata, HasTheKeysOfTheTableAndNoOthers) {
@@ -128,10 +142,10 @@ TEST(Metadata, OfACopyKeepsTheErrorUnderAnotherNameAndAllPrecisions) {
   const Json first = Json::parse(metadata_of_copy(full_metadata(), 0.01));
   EXPECT_FALSE(first.contains("error"));
   EXPECT_EQ(first["error_before_rounding"]["rel_l1_percent"], 2.346);
-  EXPECT_EQ(first["precision_percent"], 1);
+  EXPECT_EQ(first["coded_before_percent"], Json::parse("[1.0]"));
   const Json second = Json::parse(metadata_of_copy(first.dump(), 0.25));
   EXPECT_EQ(second["error_before_rounding"], first["error_before_rounding"]);
-  EXPECT_EQ(second["coded_before_percent"], Json::parse("[0.1, 1.0]"));
+  EXPECT_EQ(second["coded_before_percent"], Json::parse("[1.0, 25.0]"));
 }
 
 TEST(Metadata, OfAPartOfAPartHasTheLesserOfBoth) {

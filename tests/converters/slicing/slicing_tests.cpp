@@ -100,7 +100,9 @@ TEST(SliceSource, CountsZerosAndNegativesAmongTheSamples) {
 
 TEST(SliceSource, RecordsWhatItDidAsJson) {
   FunctionSource source([](const DirectionPair& pair, std::size_t) { return 1 + pair.i.theta; });
-  const Slicing slicing = slice_source(source, coarse(300)).value();
+  SliceOptions options = coarse(300);
+  options.metadata = MetadataDetail::kFull;
+  const Slicing slicing = slice_source(source, options).value();
   const auto json = nlohmann::json::parse(slicing.sliced.metadata);
   EXPECT_EQ(json["source"]["format"], "test");
   EXPECT_EQ(json["source"]["description"], "a function");

@@ -29,7 +29,7 @@ SliceOptions until(const StopRule& stop, const StructureRule& structure = Search
 }
 
 std::size_t file_size(const Slicing& slicing, const SliceOptions& options) {
-  return encode_sliced(slicing.sliced, slicing.lattice, options.encoding).size();
+  return encode_sliced(slicing.sliced, slicing.lattice, encoding_of(slicing, options)).size();
 }
 
 /// A slicing and all that it said of its progress.
@@ -72,6 +72,27 @@ TEST(StopRule, ReachesATargetOnDirectionsThatTookNoPart) {
   const Slicing slicing = slice_source(*shiny_isotropic(), until(TargetRelL1{5})).value();
   EXPECT_LE(slicing.report.error.rel_l1_percent, 5);
   EXPECT_LT(slicing.sliced.sample_count(), 2000U);
+}
+
+// Six precisions to a tenfold: some of them would do with more bytes.
+TEST(StopRule, ReachesATargetInFewerBytesWithAnOpenPrecision) {
+  const SliceOptions open = until(TargetRelL1{5});
+  SliceOptions fixed = open;
+  fixed.precision = 0.001;
+  const Slicing traded = slice_source(*shiny_isotropic(), open).value();
+  EXPECT_LE(traded.report.error.rel_l1_percent, 5);
+  EXPECT_GT(*traded.precision, 0.002);
+  const Slicing finer = slice_source(*shiny_isotropic(), fixed).value();
+  EXPECT_LT(static_cast<double>(file_size(traded, open)), 0.8 * static_cast<double>(file_size(finer, fixed)));
+}
+
+TEST(StopRule, HasLessErrorInSoManyBytesWithAnOpenPrecision) {
+  const SliceOptions open = until(MaxBytes{1500});
+  SliceOptions fixed = open;
+  fixed.precision = 0.001;
+  const HeldBackError traded = slice_source(*shiny_isotropic(), open).value().report.error;
+  const HeldBackError finer = slice_source(*shiny_isotropic(), fixed).value().report.error;
+  EXPECT_LT(traded.mre_percent * traded.rel_l1_percent, 0.9 * finer.mre_percent * finer.rel_l1_percent);
 }
 
 TEST(StopRule, FillsButDoesNotPassALargestSize) {
