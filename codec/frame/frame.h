@@ -87,6 +87,15 @@ struct Images {
   std::size_t count = 0;
 };
 
+/// At 0 of a polar axis two azimuths become one: only x[ring_axis] + sign x[the other azimuth] matters there, which is
+/// ring_axis' coordinate where the other azimuth is 0. "Two" are axial and diagonal.
+struct Merging {
+  std::size_t polar_axis = kVertical;
+  std::size_t ring_axis = kAxial;
+  int sign = 1;
+  double period_deg = 360;  ///< of the one that is left
+};
+
 /// What a frame means. Stateless; one object per FrameId.
 class FrameGeometry {
  public:
@@ -116,6 +125,9 @@ class FrameGeometry {
   /// A pair of directions at these coordinates, both above the horizon: where the coordinates lead far beyond
   /// theta_max, a place shortly beyond stands for them. So every crossing can be measured.
   [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates, double theta_max_deg) const = 0;
+
+  /// Where azimuths become one. Where all azimuths cease to matter at once is not listed: there nothing is left to choose.
+  [[nodiscard]] virtual std::span<const Merging> mergings() const = 0;
 
   /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a
   /// pole or for an isotropic material are taken out, fixed azimuths lie within their node period, and the moving one's

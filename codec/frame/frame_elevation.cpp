@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -97,6 +98,11 @@ class ElevationGeometry final : public FrameGeometry {
   DirectionPair directions(const Coordinates& x, double /*theta_max_deg*/) const override {
     return {direction_from_degrees(x[kThetaI], 0.5 * (x[kS] + x[kU])),
             direction_from_degrees(x[kThetaV], 0.5 * (x[kS] - x[kU]))};
+  }
+
+  std::span<const Merging> mergings() const override {
+    static constexpr std::array<Merging, 2> kMergings = {Merging{kThetaI, kS, -1, 720}, Merging{kThetaV, kS, 1, 720}};
+    return kMergings;
   }
 
   Images images(const AffineLine& line, const Symmetries& symmetries) const override {

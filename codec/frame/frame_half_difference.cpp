@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -76,6 +77,11 @@ class HalfDifferenceGeometry final : public FrameGeometry {
     pair.i.theta = eased_theta(pair.i.theta, theta_max_deg);
     pair.v.theta = eased_theta(pair.v.theta, theta_max_deg);
     return pair;
+  }
+
+  std::span<const Merging> mergings() const override {
+    static constexpr std::array<Merging, 1> kMergings = {Merging{kThetaH, kPhiD, 1, 180}};
+    return kMergings;
   }
 
   // Reciprocity turns phi_d by 180, which is its period here: it adds no image.

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "codec/frame/cells.h"
+#include "codec/material/slope_limits.h"
 #include "codec/material/spline.h"
 
 namespace sbrdf::internal {
@@ -70,11 +71,16 @@ class SliceSum {
     }
   }
 
-  [[nodiscard]] Real value(std::size_t c, bool clamp_below, bool clamp_above) const {
-    Real value = best_[c] + others_[c];
-    if (clamp_below) value = std::max(value, least_[c]);
-    if (clamp_above) value = std::min(value, most_[c]);
-    return value;
+  /// The sum, kept within the range of the slices on the sides that are asked for, and that range.
+  template <class Bounded>
+  [[nodiscard]] Bounded bounded(bool below, bool above) const {
+    Bounded result;
+    for (std::size_t c = 0; c < N; ++c) {
+      result.least[c] = below ? least_[c] : std::numeric_limits<Real>::lowest();
+      result.most[c] = above ? most_[c] : std::numeric_limits<Real>::max();
+      result.value[c] = std::min(std::max(best_[c] + others_[c], result.least[c]), result.most[c]);
+    }
+    return result;
   }
 
  private:
@@ -91,12 +97,14 @@ template <class Real>
 BasicEvaluator<Real>::BasicEvaluator(const SlicedBrdf& sliced, const Lattice& lattice)
     : frame_(geometry(lattice.spec.id)),
       channels_(sliced.channel_count()),
+      grey_shares_(sliced.grey_shares),
       clamp_above_(sliced.domain.kind == DomainKind::kLog),
       nodes_(lattice.nodes),
       corners_(lattice.corners),
       corner_strides_(lattice.corner_strides),
       lines_(lattice.lines),
-      line_strides_(lattice.line_strides) {
+      line_strides_(lattice.line_strides),
+      rings_(pole_rings(lattice)) {
   map_ = ValueMap<Real>(sliced, lattice);
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     cells_per_degree_[axis] = cells_per_degree(nodes_[axis]);
@@ -129,6 +137,8 @@ void BasicEvaluator<Real>::add_curves(const SlicedBrdf& sliced, const Lattice& l
     for (std::size_t c = 0; c < channels_; ++c) {
       solver.solve(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c, second.data() + c,
                    channels_);
+      slopes_within_limits(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c,
+                           second.data() + c, channels_);
     }
     add_curve(slice, slices[k], values, second);
   }
@@ -185,6 +195,7 @@ void BasicEvaluator<Real>::evaluate_at(const Coordinates& x, std::span<Real> val
   std::size_t c = 0;
   for (; c + kMany <= channels_; c += kMany) reconstruct<kMany>(cell, x, c, values.data() + c);
   for (; c < channels_; ++c) reconstruct<1>(cell, x, c, values.data() + c);
+  grey_shares_.take_off(values);
 }
 
 template <class Real>
@@ -213,8 +224,7 @@ inline typename BasicEvaluator<Real>::Segment BasicEvaluator<Real>::segment_at(c
   while (knots_[knot] > at && knot > curve.first_knot) --knot;
   while (knots_[knot + 1] < at && knots_[knot + 1] < end) ++knot;
   const double width = knots_[knot + 1] - knots_[knot];
-  return {knot, static_cast<Real>(std::clamp((at - knots_[knot]) / width, 0.0, 1.0)),
-          static_cast<Real>(width * width / 6)};
+  return {knot, static_cast<Real>(std::clamp((at - knots_[knot]) / width, 0.0, 1.0)), static_cast<Real>(width)};
 }
 
 // The value of the slice on which a line lies, where the coordinate along it is x.
@@ -230,8 +240,7 @@ void BasicEvaluator<Real>::along_line(const LineReference& reference, double x, 
   const Real* left = knot_values_.data() + segment.knot * 2 * channels_ + channel;
   const Real* right = left + 2 * channels_;
   for (std::size_t c = 0; c < N; ++c) {
-    values[c] =
-        evaluate_segment(segment.t, segment.sixth, left[c], right[c], left[channels_ + c], right[channels_ + c]);
+    values[c] = evaluate_cubic(segment.t, segment.width, left[c], right[c], left[channels_ + c], right[channels_ + c]);
   }
 }
 
@@ -277,8 +286,9 @@ void BasicEvaluator<Real>::read_lines(const Cell& cell, std::size_t along, doubl
 // slice.
 template <class Real>
 template <std::size_t N>
-void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, std::size_t channel,
-                                       Real* values) const {
+typename BasicEvaluator<Real>::template Bounded<N> BasicEvaluator<Real>::sum_in_cell(const Cell& cell,
+                                                                                     const Coordinates& x,
+                                                                                     std::size_t channel) const {
   Points<N> points;
   read_corners<N>(cell, channel, points);
   SliceSum<Real, N> sum(mean(points, cell.fraction, moving_count_, kNoAxis));
@@ -287,7 +297,75 @@ void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, s
     sum.note_range(std::span(points).first(std::size_t{1} << (moving_count_ - 1)));
     sum.add(mean(points, cell.fraction, moving_count_, along));
   }
-  for (std::size_t c = 0; c < N; ++c) values[c] = sum.value(c, moving_count_ > 0, moving_count_ > 0 && clamp_above_);
+  return sum.template bounded<Bounded<N>>(moving_count_ > 0, moving_count_ > 0 && clamp_above_);
+}
+
+// The same sum on a ring, where two coordinates are left: corners and slices of the cell of these two.
+template <class Real>
+template <std::size_t N>
+typename BasicEvaluator<Real>::template Bounded<N> BasicEvaluator<Real>::sum_on_ring(const PoleRing& ring,
+                                                                                     const Cell& cell,
+                                                                                     const Coordinates& x,
+                                                                                     std::size_t channel) const {
+  const double position = ring.position_deg(x);
+  const std::size_t before = ring.node_before(position);
+  const std::span<const PoleRing::Node, 2> nodes(ring.nodes.data() + before, 2);
+  const std::array<Real, kAxisCount> fraction = {
+      static_cast<Real>((static_cast<Wide>(position) - nodes[0].position_deg) /
+                        (static_cast<Wide>(nodes[1].position_deg) - nodes[0].position_deg)),
+      cell.fraction[ring.along]};
+  const std::size_t ring_axis = ring.merging.ring_axis;
+  Points<N> points;  // bit 0: along the ring, bit 1: along the other polar axis
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::uint32_t at = cell.index[ring.along] + (k >> 1U);
+    const std::uint32_t corner = nodes[k & 1U].corner + at * corner_strides_[ring.along];
+    std::copy_n(corner_values_.data() + corners_[corner] * channels_ + channel, N, points[k].data());
+  }
+  SliceSum<Real, N> sum(mean(points, fraction, 2, kNoAxis));
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    const std::uint32_t line = (cell.index[ring.along] + k) * line_strides_[ring_axis][ring.along];
+    along_line<N>(lines_[ring_axis][line], position, channel, points[k].data());
+  }
+  sum.note_range(std::span(points).first(2));
+  sum.add(mean(points, fraction, 2, 0));
+  for (std::uint32_t k = 0; k < 2; ++k) {
+    along_line<N>(lines_[ring.along][nodes[k].line], x[ring.along], channel, points[k].data());
+  }
+  sum.note_range(std::span(points).first(2));
+  sum.add(mean(points, fraction, 2, 1));
+  return sum.template bounded<Bounded<N>>(true, clamp_above_);
+}
+
+// On the face at which the azimuths are one, the sum in the cell depends on both, since it blends slices of different
+// places on the ring. What is wrong there is known, and is taken out of the whole cell, the less the farther from the
+// face. On all slices it is 0, so that samples stay samples.
+template <class Real>
+template <std::size_t N>
+void BasicEvaluator<Real>::correct_at_pole(const PoleRing& ring, const Cell& cell, const Coordinates& x,
+                                           std::size_t channel, Bounded<N>& sum) const {
+  const std::size_t axis = ring.merging.polar_axis;
+  Cell on_face = cell;
+  on_face.fraction[axis] = 0;
+  Coordinates at_face = x;
+  at_face[axis] = 0;
+  const Bounded<N> wrong = sum_in_cell<N>(on_face, at_face, channel);
+  const Bounded<N> right = sum_on_ring<N>(ring, cell, x, channel);
+  for (std::size_t c = 0; c < N; ++c) {
+    sum.value[c] += (Real(1) - cell.fraction[axis]) * (right.value[c] - wrong.value[c]);
+    sum.least[c] = std::min(sum.least[c], right.least[c]);
+    sum.most[c] = std::max(sum.most[c], right.most[c]);
+  }
+}
+
+template <class Real>
+template <std::size_t N>
+void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, std::size_t channel,
+                                       Real* values) const {
+  Bounded<N> sum = sum_in_cell<N>(cell, x, channel);
+  for (const PoleRing& ring : rings_) {
+    if (cell.index[ring.merging.polar_axis] == 0) correct_at_pole<N>(ring, cell, x, channel, sum);
+  }
+  for (std::size_t c = 0; c < N; ++c) values[c] = std::clamp(sum.value[c], sum.least[c], sum.most[c]);
   map_.inverse(x, channel, std::span(values, N));
 }
 

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "codec/evaluation/pole_ring.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
@@ -54,12 +55,19 @@ class BasicEvaluator {
   struct Segment {
     std::uint32_t knot = 0;  ///< the one before, in knots_
     Real t = 0;              ///< fraction of the way to the next, in [0, 1]
-    Real sixth = 0;          ///< (distance of the two)^2 / 6
+    Real width = 0;          ///< distance of the two [degrees]
   };
   /// The cell that holds a point, and the point in it.
   struct Cell {
     std::array<std::uint32_t, kAxisCount> index{};  ///< the node before the point, by axis
     std::array<Real, kAxisCount> fraction{};        ///< of the way to the next node, by moving axis
+  };
+  /// N channels of a reconstruction, and between what it may lie.
+  template <std::size_t N>
+  struct Bounded {
+    std::array<Real, N> value;
+    std::array<Real, N> least;
+    std::array<Real, N> most;
   };
   /// N channels at the corners, or on the lines along one axis, of a cell. Bit m of the index says on which side of the
   /// m-th moving axis (lines: of those that remain): clear at the node before the point, set at the next.
@@ -77,6 +85,14 @@ class BasicEvaluator {
   template <std::size_t N>
   void reconstruct(const Cell& cell, const Coordinates& x, std::size_t channel, Real* values) const;
   template <std::size_t N>
+  [[nodiscard]] Bounded<N> sum_in_cell(const Cell& cell, const Coordinates& x, std::size_t channel) const;
+  template <std::size_t N>
+  [[nodiscard]] Bounded<N> sum_on_ring(const PoleRing& ring, const Cell& cell, const Coordinates& x,
+                                       std::size_t channel) const;
+  template <std::size_t N>
+  void correct_at_pole(const PoleRing& ring, const Cell& cell, const Coordinates& x, std::size_t channel,
+                       Bounded<N>& sum) const;
+  template <std::size_t N>
   void read_corners(const Cell& cell, std::size_t channel, Points<N>& points) const;
   template <std::size_t N>
   void read_lines(const Cell& cell, std::size_t along, double x, std::size_t channel, Points<N>& points) const;
@@ -85,6 +101,7 @@ class BasicEvaluator {
 
   const FrameGeometry& frame_;
   std::size_t channels_ = 0;
+  GreyShares grey_shares_;
   bool clamp_above_ = false;
   ValueMap<Real> map_;
   std::array<std::vector<double>, kAxisCount> nodes_;  ///< as in Lattice
@@ -95,6 +112,7 @@ class BasicEvaluator {
   Strides corner_strides_{};
   std::array<std::vector<LineReference>, kAxisCount> lines_;
   std::array<Strides, kAxisCount> line_strides_{};
+  std::vector<PoleRing> rings_;
   std::vector<Real> corner_values_;     ///< in the value domain, per crossing, channel fastest
   std::vector<Curve> curves_;           ///< by number of slice
   std::vector<double> knots_;           ///< positions of samples [degrees]

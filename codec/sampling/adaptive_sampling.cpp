@@ -15,9 +15,15 @@ Result<SlicedBrdf> sample_slices(const Lattice& lattice, std::vector<std::string
   SlicedBrdf sliced;
   sliced.frame = lattice.spec;
   sliced.channels = std::move(channels);
+  sliced.grey_shares = options.grey_shares;
+  const Measure measure_stored = [&](std::span<const DirectionPair> pairs, std::span<float> values) {
+    const Status status = measure(pairs, values);
+    if (status) options.grey_shares.add(values);
+    return status;
+  };
   const Status status = options.refinement == Refinement::kByMeasured
-                            ? sample_by_measured_error(lattice, measure, options, sliced)
-                            : sample_by_true_error(lattice, measure, options, sliced);
+                            ? sample_by_measured_error(lattice, measure_stored, options, sliced)
+                            : sample_by_true_error(lattice, measure_stored, options, sliced);
   if (!status) return status.error();
   return sliced;
 }

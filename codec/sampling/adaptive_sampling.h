@@ -29,6 +29,8 @@ struct SamplingOptions {
   DomainKind domain = DomainKind::kLinear;
   int floor_halvings = kDefaultFloorHalvings;  ///< for the log domain
 
+  GreyShares grey_shares;  ///< are added to what is measured
+
   /// Of the guide to take off (see Guide), which gets a twentieth of the samples. Only for the half/difference frame
   /// and the log domain.
   std::optional<double> guide_ratio;

@@ -1,0 +1,143 @@
+#include "codec/material/slope_limits.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace sbrdf::internal {
+namespace {
+
+constexpr double kSlack = 0.1;     // of the range of the four samples around a gap
+constexpr double kSteepest = 3.0;  // times the straight line: a cubic within that has no turning point
+
+/// The samples of a slice as its gaps see them: with what lies beyond the ends.
+template <class Real>
+class Gaps {
+ public:
+  Gaps(Boundary boundary, double length, std::span<const double> positions, const Real* values, std::size_t stride)
+      : boundary_(boundary), count_(positions.size() - (boundary == Boundary::kPeriodic ? 0 : 1)) {
+    const std::size_t n = positions.size();
+    for (std::size_t k = 0; k < count_; ++k) {
+      const double next = k + 1 < n ? positions[k + 1] : positions[0] + length;
+      widths_.push_back(static_cast<Real>(next) - static_cast<Real>(positions[k]));
+      lines_.push_back((values[(k + 1) % n * stride] - values[k * stride]) / widths_[k]);
+    }
+  }
+
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] Real width(std::size_t k) const { return widths_[k]; }
+  /// Slope of the straight line over gap k.
+  [[nodiscard]] Real line(std::size_t k) const { return lines_[k]; }
+
+  /// The gap before gap k (side 0) or behind it (side 1): its straight line and width. Beyond the end of a bounded
+  /// slice the line of gap k itself goes on.
+  struct Beside {
+    Real line;
+    Real width;
+  };
+  [[nodiscard]] Beside beside(std::size_t k, int side) const {
+    const bool at_end = side == 0 ? k == 0 : k + 1 == count_;
+    if (!at_end || boundary_ == Boundary::kPeriodic) {
+      const std::size_t other = side == 0 ? (k == 0 ? count_ - 1 : k - 1) : (k + 1 == count_ ? 0 : k + 1);
+      return {lines_[other], widths_[other]};
+    }
+    return {boundary_ == Boundary::kMirrored ? -lines_[k] : lines_[k], widths_[k]};
+  }
+
+ private:
+  Boundary boundary_;
+  std::size_t count_;
+  std::vector<Real> widths_;
+  std::vector<Real> lines_;
+};
+
+/// One gap with its neighbours: values less that of its left end, positions less that of its left end.
+template <class Real>
+struct Surroundings {
+  Real width, line, before, behind;  // the straight lines before, within and behind
+  Real least, most;                  // of the four samples
+
+  Surroundings(const Gaps<Real>& gaps, std::size_t k) : width(gaps.width(k)), line(gaps.line(k)) {
+    const auto left = gaps.beside(k, 0);
+    const auto right = gaps.beside(k, 1);
+    before = left.line;
+    behind = right.line;
+    const std::array<Real, 4> samples = {-left.line * left.width, Real(0), line * width,
+                                         line * width + right.line * right.width};
+    least = *std::min_element(samples.begin(), samples.end());
+    most = *std::max_element(samples.begin(), samples.end());
+  }
+
+  [[nodiscard]] bool crest() const { return before > line && line > behind; }
+  [[nodiscard]] bool trough() const { return before < line && line < behind; }
+
+  // Whether the cubic with these slopes leaves what is allowed anywhere. It is furthest out where its slope is zero.
+  [[nodiscard]] bool leaves(Real slope0, Real slope1) const {
+    // y'(t) width = w m_0 + 2 b t + 3 a t^2
+    const Real d = line * width;
+    const Real a = width * (slope0 + slope1) - 2 * d;
+    const Real b = 3 * d - width * (2 * slope0 + slope1);
+    const Real root = b * b - 3 * a * width * slope0;
+    if (!(root >= 0)) return false;
+    const Real q = -(b + std::copysign(std::sqrt(root), b));
+    return beyond(q / (3 * a), slope0, slope1) || beyond(width * slope0 / q, slope0, slope1);
+  }
+
+ private:
+  [[nodiscard]] bool beyond(Real t, Real slope0, Real slope1) const {
+    if (!(t > 0 && t < 1)) return false;
+    const Real d = line * width;
+    const Real y = evaluate_cubic(t, width, Real(0), d, slope0, slope1);
+    const Real from_left = before * t * width;  // both lines through the samples beside, at t
+    const Real from_right = d - behind * (1 - t) * width;
+    const Real slack = static_cast<Real>(kSlack) * (most - least);
+    const Real high = std::max({Real(0), d, std::min(from_left, from_right)}) + slack;
+    const Real low = std::min({Real(0), d, std::max(from_left, from_right)}) - slack;
+    return y > high || y < low;
+  }
+};
+
+template <class Real>
+Real between(Real value, Real a, Real b) {
+  return std::clamp(value, std::min(a, b), std::max(a, b));
+}
+
+}  // namespace
+
+template <class Real>
+void slopes_within_limits(Boundary boundary, double length, std::span<const double> positions, const Real* values,
+                          Real* second, std::size_t stride) {
+  const std::size_t n = positions.size();
+  if (n < 2) {
+    for (std::size_t k = 0; k < n; ++k) second[k * stride] = 0;
+    return;
+  }
+  const Gaps<Real> gaps(boundary, length, positions, values, stride);
+  std::vector<Real> slopes;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Real at = second[k * stride];
+    if (k < gaps.size()) {
+      slopes.push_back(gaps.line(k) - gaps.width(k) * (2 * at + second[(k + 1) % n * stride]) / 6);
+    } else {
+      slopes.push_back(gaps.line(k - 1) + gaps.width(k - 1) * (second[(k - 1) * stride] + 2 * at) / 6);
+    }
+  }
+  std::vector<Real> limited = slopes;
+  for (std::size_t k = 0; k < gaps.size(); ++k) {
+    const Surroundings<Real> here(gaps, k);
+    const std::size_t next = (k + 1) % n;
+    if (!here.leaves(slopes[k], slopes[next])) continue;
+    const bool turns = here.crest() || here.trough();
+    const Real steepest = static_cast<Real>(kSteepest) * here.line;
+    limited[k] = between(limited[k], turns ? here.line : Real(0), turns ? here.before : steepest);
+    limited[next] = between(limited[next], turns ? here.line : Real(0), turns ? here.behind : steepest);
+  }
+  for (std::size_t k = 0; k < n; ++k) second[k * stride] = limited[k];
+}
+
+template void slopes_within_limits(Boundary, double, std::span<const double>, const double*, double*, std::size_t);
+template void slopes_within_limits(Boundary, double, std::span<const double>, const long double*, long double*,
+                                   std::size_t);
+
+}  // namespace sbrdf::internal
