@@ -91,6 +91,7 @@ Result<SlicedBrdf> cut_sliced(const SlicedBrdf& sliced, const Lattice& lattice, 
   cut.frame = cut_frame(sliced.frame, options.theta_max_deg);
   cut.domain = sliced.domain;
   cut.channels = sliced.channels;
+  cut.grey_shares = sliced.grey_shares;
   cut.metadata = sliced.metadata;
   cut.mask = sliced.mask;
   const Result<Lattice> smaller = build_lattice(cut.frame);

@@ -20,6 +20,10 @@ Status check_options(const SliceOptions& options) {
   return ok_status();
 }
 
+bool fits_values(const SliceOptions& options) {
+  return options.fit_values && options.refinement == Refinement::kBySource;
+}
+
 std::optional<double> target_percent(const StopRule& rule) {
   if (const auto* mre = std::get_if<TargetMre>(&rule)) return mre->percent;
   if (const auto* rel_l1 = std::get_if<TargetRelL1>(&rule)) return rel_l1->percent;

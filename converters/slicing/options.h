@@ -58,6 +58,9 @@ struct SliceOptions {
   StructureRule structure = SearchedStructure{};
   std::optional<DomainKind> domain;  ///< open: a search chooses; with a placement the log domain
   Refinement refinement = Refinement::kBySource;
+  /// Values at samples are moved so that the whole comes nearest to the source (see fit_values), where this helps. Only
+  /// with Refinement::kBySource: measured values are kept otherwise.
+  bool fit_values = true;
   /// Of the slices, kLeastThetaMaxDeg to 90, in whole hundredths where frames are searched for. Open: the source's
   /// slice_theta_max_deg; for a placement the paper's.
   std::optional<double> theta_max_deg;
@@ -72,6 +75,9 @@ struct SliceOptions {
 
 /// kUsage, saying what may be, for a number that may not.
 [[nodiscard]] Status check_options(const SliceOptions& options);
+
+/// Whether values are fitted under these options.
+[[nodiscard]] bool fits_values(const SliceOptions& options);
 
 /// [%], of the error that objective_of() names; open where the number of samples or of bytes decides.
 [[nodiscard]] std::optional<double> target_percent(const StopRule& rule);

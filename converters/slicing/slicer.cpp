@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "codec/coding/value_scaling.h"
+#include "codec/fit/value_fit.h"
 #include "codec/material/slice_samples.h"
 #include "converters/slicing/metadata.h"
 #include "converters/source/reciprocity.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t kHeldBackCount = 12'000;
 constexpr std::uint64_t kChoiceSeed = 1;
 constexpr std::uint64_t kReportSeed = 2;
+constexpr std::uint64_t kFitSeed = 3;
 
 std::string at_degrees(const DirectionPair& pair) {
   const auto text = [](const char* name, double radians) {
@@ -96,13 +98,16 @@ Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& option
   slicer.reciprocity_difference_percent_ = reciprocity_difference_percent(source);
   slicer.symmetries_ = slicer.symmetries_to_use();
   const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop) ||
-                       !options.precision;
+                       !options.precision || fits_values(options);
   if (chooses) {
-    Result<HeldBack> choice = slicer.draw(kChoiceSeed);
+    Result<HeldBack> choice = slicer.draw(kChoiceSeed, kHeldBackCount);
     if (!choice) return choice.error();
     slicer.choice_ = *std::move(choice);
   }
-  Result<HeldBack> report = slicer.draw(kReportSeed);
+  if (fits_values(options) && options.domain != DomainKind::kLinear) {
+    slicer.grey_shares_ = choose_grey_shares(slicer.choice_.values, source.channel_count());
+  }
+  Result<HeldBack> report = slicer.draw(kReportSeed, kHeldBackCount);
   if (!report) return report.error();
   slicer.report_ = *std::move(report);
   return slicer;
@@ -116,8 +121,8 @@ Symmetries Slicer::symmetries_to_use() const {
   return symmetries;
 }
 
-Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
-  HeldBackDraw draw = {kHeldBackCount, seed, symmetries_.isotropic, theta_max_deg_};
+Result<HeldBack> Slicer::draw(std::uint64_t seed, std::size_t count) const {
+  HeldBackDraw draw = {count, seed, symmetries_.isotropic, theta_max_deg_};
   if (filled_) draw.measured = [&](auto pairs, auto flags) { filled_->measured(pairs, flags); };
   Result<HeldBack> drawn = draw_held_back(draw, source_.channel_count(), [&](auto pairs, auto values) {
     return evaluate_checked_in_parallel(*measured_, pairs, values);
@@ -134,7 +139,9 @@ Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const 
   Result<FrameSpec> spec =
       elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, symmetries_, theta_max_deg_);
   if (!spec) return spec.error();
-  return SlicePlan{*std::move(spec), sampling_of(options_), {}};
+  SamplingOptions sampling = sampling_of(options_);
+  sampling.grey_shares = grey_shares_;
+  return SlicePlan{*std::move(spec), std::move(sampling), {}};
 }
 
 Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
@@ -147,6 +154,7 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   search.objective = objective_of(options_.stop);
   search.sampling = sampling_of(options_);
   search.sampling.sample_count = sample_count;
+  search.sampling.grey_shares = grey_shares_;
   search.evaluations = rule.evaluations;
   search.starts_only = effort == Effort::kStarts;
   search.progress = progress.report;
@@ -154,7 +162,7 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   const auto measure = [&](auto pairs, auto values) { return evaluate_checked(*measured_, pairs, values); };
   const Result<SearchResult> found = search_structure(source_.traits().channels, measure, choice_, search);
   if (!found) return found.error();
-  return SlicePlan{expand_outline(found->structure.outline), sampling_for(found->structure, sampling_of(options_)),
+  return SlicePlan{expand_outline(found->structure.outline), sampling_for(found->structure, search.sampling),
                    found->reasons};
 }
 
@@ -174,7 +182,23 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
   if (filled_) slicing.sliced.mask = filled_->mask();
   slicing.report.wanted_samples = sample_count;
   slicing.report.reasons = plan.reasons;
+  if (fits_values(options_)) {
+    if (Status status = fit(slicing); !status) return status.error();
+  }
   return slicing;
+}
+
+Status Slicer::fit(Slicing& slicing) const {
+  const Result<HeldBack> directions = draw(kFitSeed, fit_directions(slicing.sliced.sample_count()));
+  if (!directions) return directions.error();
+  const Objective objective = objective_of(options_.stop);
+  SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective);
+  const Standard standard = {objective, judge(Evaluator(slicing.sliced, slicing.lattice), choice_)};
+  const double before = standard.value_of(standard.ceiling);
+  if (standard.value_of(judge(Evaluator(fitted, slicing.lattice), choice_)) >= before) return ok_status();
+  slicing.sliced = std::move(fitted);
+  slicing.report.fitted = true;
+  return ok_status();
 }
 
 Result<Slicing> Slicer::slice(std::uint64_t sample_count, Effort effort, const Progress& progress) const {
@@ -230,11 +254,15 @@ void Slicer::finish(Slicing& slicing) const {
   if (!slicing.precision) slicing.precision = precision_for(slicing);
   SliceReport& report = slicing.report;
   round_to_precision(slicing.sliced, *slicing.precision);
-  for (const auto* values : {&slicing.sliced.crossing_values, &slicing.sliced.sample_values}) {
-    report.values += values->size();
-    report.zero_values += static_cast<std::uint64_t>(std::count(values->begin(), values->end(), 0.0F));
+  for (std::vector<float> values : {slicing.sliced.crossing_values, slicing.sliced.sample_values}) {
+    const std::size_t channels = slicing.sliced.channel_count();
+    for (std::size_t k = 0; k < values.size(); k += channels) {
+      slicing.sliced.grey_shares.take_off(std::span(values).subspan(k, channels));
+    }
+    report.values += values.size();
+    report.zero_values += static_cast<std::uint64_t>(std::count(values.begin(), values.end(), 0.0F));
     report.negative_values +=
-        static_cast<std::uint64_t>(std::count_if(values->begin(), values->end(), [](float v) { return v < 0; }));
+        static_cast<std::uint64_t>(std::count_if(values.begin(), values.end(), [](float v) { return v < 0; }));
   }
   report.reciprocity_difference_percent = reciprocity_difference_percent_;
   report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);

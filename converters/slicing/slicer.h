@@ -75,9 +75,11 @@ class Slicer {
   Slicer(const BrdfSource& source, const SliceOptions& options);
 
   [[nodiscard]] Symmetries symmetries_to_use() const;
-  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
+  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed, std::size_t count) const;
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
                                          const Progress& progress) const;
+  /// Replaces the values by fitted ones where that is better on the directions that choices are made by.
+  [[nodiscard]] Status fit(Slicing& slicing) const;
   [[nodiscard]] std::uint64_t count_filled(const Slicing& slicing) const;
 
   const BrdfSource& source_;
@@ -88,6 +90,7 @@ class Slicer {
   double theta_max_deg_;
   double reciprocity_difference_percent_ = 0;
   Symmetries symmetries_;
+  GreyShares grey_shares_;  ///< none where values are placed as the paper does, or no channel changes its sign
   HeldBack choice_;  ///< empty where nothing is chosen by it
   HeldBack report_;
 };

@@ -24,6 +24,7 @@ struct SliceReport {
   std::uint64_t zero_values = 0;
   std::uint64_t negative_values = 0;
   std::uint64_t wanted_samples = 0;
+  bool fitted = false;  ///< values at samples are not the source's, but nearer to it between samples
   std::uint64_t filled_samples =
       0;                      ///< at directions that the source did not measure: FilledSource says what they hold
   double theta_max_deg = 90;  ///< of the slices

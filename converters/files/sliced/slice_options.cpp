@@ -24,6 +24,7 @@ constexpr std::string_view kAuto = "auto";          // the choice is the program
 constexpr std::string_view kSearch = "search";      // placement: nodes by the error on held-back directions
 constexpr std::string_view kPaper = "paper";        // placement: by Table 3
 constexpr std::string_view kLossless = "lossless";  // precision; "auto", too, which is the default
+constexpr std::string_view kFitted = "fitted";      // values
 
 /// The names of a table after "auto".
 template <class T, std::size_t N>
@@ -36,6 +37,7 @@ constexpr std::array<std::string_view, N + 1> auto_or(const std::array<Named<T>,
 constexpr auto kFrameChoices = auto_or(kFrameNames);
 constexpr auto kDomainChoices = auto_or(kDomainNames);
 constexpr auto kRefinementChoices = names_of(kRefinementNames);
+constexpr std::array<std::string_view, 2> kValueChoices = {kFitted, "measured"};
 constexpr auto kChunkChoices = names_of(kChunkNames);
 constexpr auto kMetadataChoices = names_of(kMetadataNames);
 
@@ -118,6 +120,11 @@ constexpr std::array kOptions = {
                .fallback = "true",
                .meaning = "Place samples by the true error against the source, or as a goniometer must, by what was "
                           "measured already"},
+    OptionSpec{.name = "values",
+               .kind = OptionKind::kChoice,
+               .choices = kValueChoices,
+               .fallback = "fitted, or measured with --refine measured",
+               .meaning = "Samples hold what brings the whole nearest to the source, or what the source has there"},
     OptionSpec{.name = "minimum-gap",
                .kind = OptionKind::kNumber,
                .unit = "DEG",
@@ -212,6 +219,9 @@ Status check_slice_options(const Options& options) {
     return usage_error(
         fmt::format("--placement: '{}' is one of the elevation frame, not of --frame half-difference", placement));
   }
+  if (options.text("values") == kFitted && options.text("refine") == "measured") {
+    return usage_error("--values fitted: with --refine measured nothing is known of the source between its samples");
+  }
   if (!options.has("search-evaluations")) return ok_status();
   if (has_placement(options)) {
     return usage_error("--search-evaluations: nothing is searched for with --placement " + placement);
@@ -237,6 +247,7 @@ SliceOptions slice_options(const Options& options) {
   if (const auto refine = options.text("refine")) {
     slices.refinement = value_of(kRefinementNames, *refine).value_or(slices.refinement);
   }
+  slices.fit_values = options.text("values").value_or(std::string(kFitted)) == kFitted;
   // In hundredths, as in files.
   if (const auto theta_max = options.number("theta-max")) slices.theta_max_deg = std::round(100 * *theta_max) / 100;
   slices.minimum_gap_deg = options.number("minimum-gap");
