@@ -52,6 +52,7 @@ SlicedIndex index_of(const SlicedBrdf& sliced, const Lattice& lattice, ChunkSize
   index.channels = sliced.channels;
   index.ranges = ranges_of(scaled, sliced.channel_count());
   index.reference_steps = scaled.reference_steps;
+  index.grey_shares = sliced.grey_shares;
   index.floor_halvings = sliced.domain.floor_halvings;
   if (sliced.guide) {
     index.guided = true;

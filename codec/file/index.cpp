@@ -232,9 +232,15 @@ Status take_channels(ByteReader& in, std::vector<std::string>& channels) {
   return ok_status();
 }
 
+constexpr std::uint8_t kGreyBit = 0x10;  // beside the domain
+
 void put_values(ByteWriter& out, const SlicedIndex& index) {
-  out.number(static_cast<std::uint8_t>(index.domain));
+  const bool grey = index.grey_shares.active();
+  out.number(static_cast<std::uint8_t>(static_cast<std::uint8_t>(index.domain) | (grey ? kGreyBit : 0)));
   put_channels(out, index.channels);
+  for (const float share : index.grey_shares.shares()) {
+    if (grey) out.count(static_cast<std::uint64_t>(std::lround(share * GreyShares::kSteps)));
+  }
   for (const StepRange& range : index.ranges) {
     put_signed(out, range.least);
     out.count(static_cast<std::uint64_t>(std::int64_t{range.most} - range.least));
@@ -251,12 +257,27 @@ std::optional<std::int32_t> step_of_value(const Quantizer& scale, std::int64_t s
   return std::isfinite(scale.value(narrow)) ? std::optional(narrow) : std::nullopt;
 }
 
+Status take_grey(ByteReader& in, bool stated, SlicedIndex& index) {
+  if (!stated) return ok_status();
+  std::vector<float> shares;
+  for (std::size_t c = 0; c < index.channels.size() && in.ok(); ++c) {
+    const std::uint32_t steps = take_count(in);
+    if (steps > GreyShares::kMostSteps) return refuse_sliced("SB-2-18", "the share of grey of a channel is too large");
+    shares.push_back(static_cast<float>(steps) / GreyShares::kSteps);
+  }
+  index.grey_shares = GreyShares(std::move(shares));
+  if (in.ok() && !index.grey_shares.active()) return refuse_sliced("SB-2-18", "all shares of grey are 0");
+  return ok_status();
+}
+
 Status take_values(ByteReader& in, SlicedIndex& index) {
-  index.domain = static_cast<DomainKind>(in.u8());
+  const std::uint8_t bits = in.u8();
+  index.domain = static_cast<DomainKind>(bits & ~kGreyBit);
   if (in.ok() && index.domain != DomainKind::kLog && index.domain != DomainKind::kLinear) {
     return unsupported("[SB-2-5] unknown value domain");
   }
   if (Status status = take_channels(in, index.channels); !status) return status;
+  if (Status status = take_grey(in, (bits & kGreyBit) != 0, index); !status) return status;
   for (std::size_t c = 0; c < index.channels.size() && in.ok(); ++c) {
     const std::int64_t least = take_signed(in);
     const auto from = step_of_value(index.scale, least);

@@ -34,6 +34,7 @@ struct SlicedIndex {
   Quantizer scale;                            ///< what steps mean
   DomainKind domain = DomainKind::kLinear;    ///< how values are interpolated
   std::vector<std::string> channels;          ///< names, 1 to kMaxChannels
+  GreyShares grey_shares;                     ///< of the channels
   std::vector<StepRange> ranges;              ///< of the stored values, per channel
   std::vector<std::int32_t> reference_steps;  ///< log only, per channel; the two are those of ValueDomain
   int floor_halvings = 0;

@@ -24,6 +24,7 @@ class SampleCollector {
       : index_(index), lattice_(lattice), channels_(index.channels.size()), max_depth_(max_depth) {
     sliced_.frame = index.frame;
     sliced_.domain = index.value_domain();
+    sliced_.grey_shares = index.grey_shares;
     sliced_.channels = index.channels;
     sliced_.sample_counts.assign(lattice.slices.size(), 0);
     first_.resize(lattice.slices.size());

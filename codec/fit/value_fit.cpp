@@ -158,10 +158,12 @@ std::vector<double> gains_of(const SlicedBrdf& sliced, const HeldBack& direction
   const double of_l1 = objective == Objective::kMre ? 0 : 1 / (total * std::max(error.rel_l1_percent, 1e-9));
   const double of_mre =
       objective == Objective::kRelL1 ? 0 : 1 / (static_cast<double>(channels) * std::max(error.mre_percent, 1e-9));
+  const bool log = sliced.domain.kind == DomainKind::kLog;
+  std::vector<float> floors(channels, 0);
+  for (std::size_t c = 0; log && c < channels; ++c) floors[c] = sliced.domain.floor(c);
   std::vector<double> gains(directions.values.size());
   for (std::size_t k = 0; k < gains.size(); ++k) {
-    const bool log = sliced.domain.kind == DomainKind::kLog;
-    const double slope = log ? std::max(std::abs(stored[k]), sliced.domain.floor[k % channels]) : 1.0F;
+    const double slope = log ? std::max(std::abs(stored[k]), floors[k % channels]) : 1.0F;
     const double size = std::max(std::abs(static_cast<double>(directions.values[k])), floor);
     gains[k] = directions.weights[k / channels] * slope * (of_l1 + of_mre / size);
   }

@@ -11,7 +11,6 @@ namespace {
 constexpr double kLeastGrey = 0.01;  // of the mean grey
 constexpr double kRoom = 1.25;       // times what the values at hand need
 constexpr double kLargestShare = 4;
-constexpr double kSteps = 64;  // to a share of 1
 
 double grey_of(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -50,7 +49,7 @@ GreyShares choose_grey_shares(std::span<const float> values, std::size_t channel
   std::vector<float> shares;
   for (const double n : need) {
     shares.push_back(
-        static_cast<float>(n > 0 ? std::min(kLargestShare, std::ceil(n * kRoom * kSteps + 1) / kSteps) : 0));
+        static_cast<float>(n > 0 ? std::min(kLargestShare, std::ceil(n * kRoom * GreyShares::kSteps + 1) / GreyShares::kSteps) : 0));
   }
   GreyShares chosen(std::move(shares));
   return chosen.active() ? chosen : GreyShares();

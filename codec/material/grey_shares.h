@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,10 @@ namespace sbrdf::internal {
 /// Shares of 0 leave a channel as it is, bit for bit.
 class GreyShares {
  public:
+  /// Shares are whole numbers of these parts of 1, so many at most: as a file has them.
+  static constexpr float kSteps = 64;
+  static constexpr std::uint32_t kMostSteps = 1024;
+
   GreyShares() = default;
   /// One share for each channel, none negative; or none at all.
   explicit GreyShares(std::vector<float> shares);
