@@ -53,7 +53,7 @@ class Comparer {
     const bool done = in_waves<Mean>(
         progress, {},
         [&](std::uint64_t block, Mean& mean) {
-          const std::vector<WeightedPair> pairs = pairs_.block(block);
+          const std::vector<WeightedPair> pairs = measured_pairs(block);
           const std::vector<float> f = evaluate(reference_, pairs);
           for (std::size_t k = 0; k < f.size(); ++k) {
             const double weight = pairs[k / channels_].weight;
@@ -73,27 +73,31 @@ class Comparer {
     struct Block {
       ChannelErrors errors;
       FalseValues false_values;
+      std::uint64_t measured = 0;
     };
+    std::uint64_t measured = 0;
     ChannelErrors errors(channels_, floor);
     FalseValues false_values;
     std::vector<LogHistogram> relative(channels_);
     std::mutex mutex;  // of `relative`, to which the order of adding makes no difference
     const bool done = in_waves<Block>(
-        progress, {ChannelErrors(channels_, floor), {}},
+        progress, {ChannelErrors(channels_, floor), {}, 0},
         [&](std::uint64_t block, Block& own) {
           std::vector<LogHistogram> own_relative(channels_);
           own.false_values.complete = false_values.strict_count() < kEnoughFalseValues;
-          compare_block(block, own.errors, own_relative, own.false_values);
+          own.measured = compare_block(block, own.errors, own_relative, own.false_values);
           const std::scoped_lock lock(mutex);
           for (std::size_t c = 0; c < channels_; ++c) relative[c].add(own_relative[c]);
         },
         [&](const Block& block) {
           errors.add(block.errors);
           false_values.add(block.false_values);
+          measured += block.measured;
         });
     if (!done) return interrupted_error();
-    Comparison result{errors.all(relative), errors.channels(relative), false_values, floor,
-                      pairs_.size(),        pairs_.stands_for()};
+    if (measured == 0) return usage_error("the reference measured none of these directions");
+    Comparison result{errors.all(relative),     errors.channels(relative), false_values, floor, measured,
+                      pairs_.size() - measured, pairs_.stands_for()};
     return result;
   }
 
@@ -116,6 +120,21 @@ class Comparer {
     return !counter.stopped();
   }
 
+  // Of a block, those that the reference measured.
+  std::vector<WeightedPair> measured_pairs(std::uint64_t block) const {
+    std::vector<WeightedPair> all = pairs_.block(block);
+    if (!reference_.mask_grid()) return all;
+    std::vector<DirectionPair> pairs;
+    for (const WeightedPair& at : all) pairs.push_back(at.pair);
+    std::vector<std::uint8_t> flags(pairs.size());
+    reference_.measured(pairs, flags);
+    std::vector<WeightedPair> measured;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (flags[k] == 1) measured.push_back(all[k]);
+    }
+    return measured;
+  }
+
   std::vector<float> evaluate(const BrdfSource& source, std::span<const WeightedPair> weighted) const {
     std::vector<DirectionPair> pairs;
     pairs.reserve(weighted.size());
@@ -125,9 +144,10 @@ class Comparer {
     return values;
   }
 
-  void compare_block(std::uint64_t block, ChannelErrors& errors, std::span<LogHistogram> relative,
-                     FalseValues& false_values) const {
-    const std::vector<WeightedPair> pairs = pairs_.block(block);
+  // How many pairs were measured.
+  std::uint64_t compare_block(std::uint64_t block, ChannelErrors& errors, std::span<LogHistogram> relative,
+                              FalseValues& false_values) const {
+    const std::vector<WeightedPair> pairs = measured_pairs(block);
     const std::vector<float> f = evaluate(reference_, pairs);
     const std::vector<float> r = evaluate(test_, pairs);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -138,6 +158,7 @@ class Comparer {
       if (false_values.strict_count() >= kEnoughInBlock) false_values.complete = false;
       if (false_values.complete) find_false_values(reference_, pairs[k].pair, of_pair(f), of_pair(r), false_values);
     }
+    return pairs.size();
   }
 
   const BrdfSource& reference_;

@@ -342,6 +342,44 @@ TEST(Compare, StopsLookingForFalseValuesWhenEnoughWereFound) {
   EXPECT_NEAR(many.mre_percent, 300, 1e-9);
 }
 
+/// 1 where it was measured, with a hole at theta_i above 40 degrees that it calls black.
+class HoleySource final : public BrdfSource {
+ public:
+  HoleySource() {
+    traits_.channels = {"grey"};
+    traits_.isotropic = traits_.reciprocal = true;
+  }
+  [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
+    for (std::size_t k = 0; k < pairs.size(); ++k) values[k] = is_hole(pairs[k]) ? 0.0F : 1.0F;
+  }
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
+    for (std::size_t k = 0; k < pairs.size(); ++k) flags[k] = is_hole(pairs[k]) ? 0 : 1;
+  }
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override {
+    return MaskGrid{MaskFrame::kAngles, {9, 1, 9, 36}};
+  }
+
+ private:
+  static bool is_hole(const DirectionPair& pair) { return pair.i.theta > radians_from_degrees(41); }
+  SourceTraits traits_;
+};
+
+TEST(Compare, LeavesOutWhatTheReferenceDidNotMeasureAndCountsIt) {
+  const FunctionSource test([](const DirectionPair&, std::size_t) { return 1.25; },
+                            {.isotropic = true, .reciprocal = true, .channels = {"grey"}});
+  CompareOptions options;
+  options.step_deg = 20;
+  options.theta_max_deg = 80;
+  const Comparison result = compare_sources(HoleySource(), test, options).value();
+  EXPECT_NEAR(result.mre_percent, 25, 1e-9);
+  EXPECT_NEAR(result.rel_l1_percent, 25, 1e-9);
+  EXPECT_EQ(result.directions, 3U * 5 * 18) << "of theta_i 0, 20, 40";
+  EXPECT_EQ(result.unmeasured, 2U * 5 * 18);
+  options.floor = 0.5;
+  EXPECT_EQ(compare_sources(test, test, options).value().unmeasured, 0U);
+}
+
 TEST(Compare, DrawsRandomPairsOfTheGridByTheSeed) {
   const FunctionSource f([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
   const FunctionSource r([](const auto& pair, std::size_t) { return analytic_brdf(pair, {.mirror_x = true}); });

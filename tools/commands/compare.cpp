@@ -104,6 +104,7 @@ void print_as_json(const CompareCommand& command, const SourceTraits& traits, co
   json["drawn"] = command.directions;
   json["directions"] = result.directions;
   json["grid_directions"] = result.grid_directions;
+  json["unmeasured_directions"] = result.unmeasured;
   json["floor"] = result.floor;
   if (options.directions == CompareDirections::kGrid) json["step_deg"] = options.step_deg;
   json["theta_max_deg"] = options.theta_max_deg;
@@ -123,7 +124,7 @@ std::string directions_text(const CompareOptions& options, const Comparison& res
   }
   if (options.random_count > 0) {
     text += fmt::format(", drawn with seed {} from", options.seed);
-  } else if (result.grid_directions != result.directions) {
+  } else if (result.grid_directions != result.directions + result.unmeasured) {
     text += ", both isotropic, for the " + format_count(result.grid_directions) + " of";
   } else {
     text += ",";
@@ -182,6 +183,9 @@ void print_as_table(const CompareCommand& command, const SourceTraits& traits, c
   table.add({"reference f", command.reference + (options.symmetrise ? ", mean of f(i,v) and f(v,i)" : "")});
   table.add({"test r", command.test});
   table.add({"directions", directions_text(options, result)});
+  if (result.unmeasured > 0) {
+    table.add({"", format_count(result.unmeasured) + " more are left out, as the reference did not measure them"});
+  }
   if (result.max_relative_percent > 0) table.add({"largest %", place_text(result.max_relative_at, traits.channels)});
   if (result.max_abs > 0) table.add({"largest |f - r|", place_text(result.max_abs_at, traits.channels)});
   const FalseValues& found = result.false_values;
