@@ -11,16 +11,16 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr int kRounds = 4;        // of weighing
-constexpr int kSteps = 8;         // of conjugate gradients in each
+constexpr int kRounds = 3;        // of weighing
+constexpr int kSteps = 6;         // of conjugate gradients in each
 constexpr double kPrior = 0.01;   // how much a sample holds to its own value, beside what directions say of it
 constexpr double kShared = 0.1;   // part of the mean sample's hold that each has at least
 constexpr double kSmall = 0.2;    // of the mean residual: smaller ones are not told apart
 constexpr double kLargest = 1.0;  // residuals beyond say nothing about how far off f is
 
-constexpr std::size_t kFewestDirections = 40'000;
-constexpr std::size_t kMostDirections = 100'000;
-constexpr std::size_t kDirectionsPerSample = 20;
+constexpr std::size_t kFewestDirections = 30'000;
+constexpr std::size_t kMostDirections = 60'000;
+constexpr std::size_t kDirectionsPerSample = 10;
 
 /// What is fitted, all channels, channel fastest.
 struct Problem {

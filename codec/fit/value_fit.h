@@ -8,6 +8,9 @@
 
 namespace sbrdf::internal {
 
+/// Fits of more samples would take too much time and memory: all samples of a slice depend on each other.
+inline constexpr std::size_t kMostFittedSamples = 30'000;
+
 /// How many directions a fit should be given for so many samples: enough that none follows a few directions by chance.
 [[nodiscard]] std::size_t fit_directions(std::size_t sample_count);
 

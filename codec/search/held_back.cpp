@@ -7,6 +7,8 @@
 #include <random>
 #include <utility>
 
+#include "codec/search/random_pairs.h"
+
 namespace sbrdf::internal {
 namespace {
 
@@ -74,6 +76,28 @@ Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_co
     held_back.weights.push_back(static_cast<double>(seen[stratum]) / static_cast<double>(draws) /
                                 static_cast<double>(kept[stratum]));
   }
+  keep_measured(draw, held_back);
+  held_back.values.resize(held_back.pairs.size() * channel_count);
+  if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
+  return held_back;
+}
+
+Result<HeldBack> draw_for_fit(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure) {
+  std::mt19937_64 random(draw.seed);
+  const HighlightDraw highlights(draw.theta_max_deg);
+  HeldBack held_back;
+  double total = 0;
+  for (std::size_t k = 0; k < draw.count; ++k) {
+    WeightedPair drawn = highlights(random);
+    if (draw.isotropic) {
+      drawn.pair.i.phi -= drawn.pair.v.phi;
+      drawn.pair.v.phi = 0;
+    }
+    held_back.pairs.push_back(drawn.pair);
+    held_back.weights.push_back(drawn.weight);
+    total += drawn.weight;
+  }
+  for (double& weight : held_back.weights) weight /= total;
   keep_measured(draw, held_back);
   held_back.values.resize(held_back.pairs.size() * channel_count);
   if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();

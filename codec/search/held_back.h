@@ -34,6 +34,11 @@ struct HeldBackDraw {
 [[nodiscard]] Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count,
                                               const Measure& measure);
 
+/// As many pairs, drawn by HighlightDraw: faster, and as dense around narrow highlights as around wide ones. For fits,
+/// which take many.
+[[nodiscard]] Result<HeldBack> draw_for_fit(const HeldBackDraw& draw, std::size_t channel_count,
+                                            const Measure& measure);
+
 /// Of such values no relative error can be stated.
 [[nodiscard]] bool all_zero(const HeldBack& held_back);
 

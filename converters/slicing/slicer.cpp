@@ -100,14 +100,14 @@ Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& option
   const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop) ||
                        !options.precision || fits_values(options);
   if (chooses) {
-    Result<HeldBack> choice = slicer.draw(kChoiceSeed, kHeldBackCount);
+    Result<HeldBack> choice = slicer.draw(kChoiceSeed);
     if (!choice) return choice.error();
     slicer.choice_ = *std::move(choice);
   }
   if (fits_values(options) && options.domain != DomainKind::kLinear) {
     slicer.grey_shares_ = choose_grey_shares(slicer.choice_.values, source.channel_count());
   }
-  Result<HeldBack> report = slicer.draw(kReportSeed, kHeldBackCount);
+  Result<HeldBack> report = slicer.draw(kReportSeed);
   if (!report) return report.error();
   slicer.report_ = *std::move(report);
   return slicer;
@@ -121,12 +121,16 @@ Symmetries Slicer::symmetries_to_use() const {
   return symmetries;
 }
 
-Result<HeldBack> Slicer::draw(std::uint64_t seed, std::size_t count) const {
+HeldBackDraw Slicer::draw_of(std::uint64_t seed, std::size_t count) const {
   HeldBackDraw draw = {count, seed, symmetries_.isotropic, theta_max_deg_};
   if (filled_) draw.measured = [&](auto pairs, auto flags) { filled_->measured(pairs, flags); };
-  Result<HeldBack> drawn = draw_held_back(draw, source_.channel_count(), [&](auto pairs, auto values) {
-    return evaluate_checked_in_parallel(*measured_, pairs, values);
-  });
+  return draw;
+}
+
+Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
+  Result<HeldBack> drawn =
+      draw_held_back(draw_of(seed, kHeldBackCount), source_.channel_count(),
+                     [&](auto pairs, auto values) { return evaluate_checked_in_parallel(*measured_, pairs, values); });
   if (drawn && drawn->pairs.empty()) return invalid_file("none of the directions drawn to judge by was measured");
   return drawn;
 }
@@ -141,7 +145,7 @@ Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const 
   if (!spec) return spec.error();
   SamplingOptions sampling = sampling_of(options_);
   sampling.grey_shares = grey_shares_;
-  return SlicePlan{*std::move(spec), std::move(sampling), {}};
+  return SlicePlan{*std::move(spec), std::move(sampling), {}, effort == Effort::kFull && fits_values(options_)};
 }
 
 Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
@@ -163,7 +167,7 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   const Result<SearchResult> found = search_structure(source_.traits().channels, measure, choice_, search);
   if (!found) return found.error();
   return SlicePlan{expand_outline(found->structure.outline), sampling_for(found->structure, search.sampling),
-                   found->reasons};
+                   found->reasons, effort == Effort::kFull && fits_values(options_)};
 }
 
 Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count, const Progress& progress) const {
@@ -182,14 +186,17 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
   if (filled_) slicing.sliced.mask = filled_->mask();
   slicing.report.wanted_samples = sample_count;
   slicing.report.reasons = plan.reasons;
-  if (fits_values(options_)) {
+  if (plan.fits && sample_count <= kMostFittedSamples) {
     if (Status status = fit(slicing); !status) return status.error();
   }
   return slicing;
 }
 
 Status Slicer::fit(Slicing& slicing) const {
-  const Result<HeldBack> directions = draw(kFitSeed, fit_directions(slicing.sliced.sample_count()));
+  const HeldBackDraw wanted = draw_of(kFitSeed, fit_directions(slicing.sliced.sample_count()));
+  const Result<HeldBack> directions = draw_for_fit(wanted, source_.channel_count(), [&](auto pairs, auto values) {
+    return evaluate_checked_in_parallel(*measured_, pairs, values);
+  });
   if (!directions) return directions.error();
   const Objective objective = objective_of(options_.stop);
   SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective);

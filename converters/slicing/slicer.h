@@ -31,6 +31,7 @@ struct SlicePlan {
   FrameSpec frame;
   SamplingOptions sampling;          ///< `sample_count` is not set
   std::vector<std::string> reasons;  ///< for people: why these, where they were searched for
+  bool fits = false;                 ///< values are fitted, as far as options and number of samples allow
 };
 
 /// One source and what slicings of it have in common: the source made reciprocal, its symmetries, the directions that
@@ -75,7 +76,8 @@ class Slicer {
   Slicer(const BrdfSource& source, const SliceOptions& options);
 
   [[nodiscard]] Symmetries symmetries_to_use() const;
-  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed, std::size_t count) const;
+  [[nodiscard]] HeldBackDraw draw_of(std::uint64_t seed, std::size_t count) const;
+  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
                                          const Progress& progress) const;
   /// Replaces the values by fitted ones where that is better on the directions that choices are made by.

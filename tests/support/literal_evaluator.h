@@ -13,6 +13,7 @@
 
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/dense_spline.h"
+#include "tests/support/limited_curve.h"
 #include "tests/support/sampled_brdf.h"
 
 namespace sbrdf::internal {
@@ -62,10 +63,97 @@ class LiteralEvaluator {
 
   /// Coordinates as the paper counts them: s and u of any turn, theta_i and theta_v in any order.
   Answer operator()(const Coordinates& given, std::size_t channel) {
+    const Coordinates point = within_first_turn(given);
+    Sum sum = sum_in_cell(point, channel);
+    const long double before = sum.value;
+    if (varies(kAxial) && varies(kDiagonal) && varies(kHorizontal) && varies(kVertical)) {
+      for (const std::size_t axis : {kVertical, kHorizontal}) {
+        if (elevation_frame() || axis == kVertical) correct_at_pole(point, axis, channel, sum);
+      }
+    }
+    const long double bounded = std::clamp(sum.value, sum.least, sum.most);
+    const long double value = inverse(bounded + guide_at(point, channel), channel);
+    return {has_negative(channel) ? value : std::max(0.0L, value), before == sum.least  ? -1
+                                                                   : before == sum.most ? 1
+                                                                                        : 0};
+  }
+
+ private:
+  /// Held between the two.
+  struct Sum {
+    long double value = 0;
+    long double least = 0;
+    long double most = 0;
+  };
+
+  [[nodiscard]] Sum held(long double sum, long double least, long double most) const {
+    if (sliced_.domain.kind == DomainKind::kLinear) most = std::numeric_limits<long double>::infinity();
+    return {std::clamp(sum, least, most), least, most};
+  }
+
+  [[nodiscard]] bool varies(std::size_t axis) const { return lattice_.nodes[axis].size() > 1; }
+
+  // In the cells at a pole: what the sum has too much on the face is taken off, the less the farther away.
+  void correct_at_pole(const Coordinates& point, std::size_t axis, std::size_t channel, Sum& sum) {
+    const long double end = all_nodes(axis)[1];
+    if (point[axis] >= end) return;
+    const long double share = 1 - point[axis] / end;
+    Coordinates face = point;
+    face[axis] = 0;
+    const Sum wrong = sum_in_cell(face, channel);
+    const Sum right = sum_on_ring(face, axis, channel);
+    sum.value += share * (right.value - wrong.value);
+    sum.least = std::min(sum.least, right.least);
+    sum.most = std::max(sum.most, right.most);
+  }
+
+  Sum sum_on_ring(const Coordinates& face, std::size_t axis, std::size_t channel) {
+    const std::size_t ring_axis = elevation_frame() ? kAxial : kDiagonal;
+    const std::size_t other_axis = elevation_frame() ? kDiagonal : kAxial;
+    const std::size_t polar = axis == kVertical ? kHorizontal : kVertical;
+    const double sign = elevation_frame() && axis == kVertical ? -1 : 1;
+    const double turn = turn_of(ring_axis);
+    const auto on_ring = [&](double a, double b) {
+      const double at = std::fmod(a + sign * b + 4 * turn, turn);
+      return turn - at < 1e-6 ? 0.0 : at;
+    };
+    std::vector<double> ring = {turn};
+    for (const double a : all_nodes(ring_axis)) {
+      for (const double b : all_nodes(other_axis)) ring.push_back(on_ring(a, b));
+    }
+    std::sort(ring.begin(), ring.end());
+    ring.erase(std::unique(ring.begin(), ring.end(), [](double a, double b) { return b - a < 1e-6; }), ring.end());
+    const double at = on_ring(face[ring_axis], face[other_axis]);
+    const auto cell = [](const std::vector<double>& nodes, double x) {
+      std::size_t k = 0;
+      while (k + 2 < nodes.size() && nodes[k + 1] <= x) ++k;
+      return std::pair(nodes[k], nodes[k + 1]);
+    };
+    const double height = std::min(face[polar], all_nodes(polar).back());
+    const auto [r0, r1] = cell(ring, at);
+    const auto [h0, h1] = cell(all_nodes(polar), height);
+    const auto place = [&](double r, double h) {
+      Coordinates x{};
+      x[ring_axis] = r;
+      x[polar] = h;
+      return x;
+    };
+    const long double t = (static_cast<long double>(at) - r0) / (r1 - r0);
+    const long double u = (static_cast<long double>(height) - h0) / (h1 - h0);
+    const std::array<long double, 4> lines = {
+        line_value(ring_axis, place(at, h0), channel), line_value(ring_axis, place(at, h1), channel),
+        line_value(polar, place(r0, height), channel), line_value(polar, place(r1, height), channel)};
+    const auto corner = [&](double r, double h) { return corner_value(place(r, h), channel); };
+    const long double corners =
+        (1 - t) * ((1 - u) * corner(r0, h0) + u * corner(r0, h1)) + t * ((1 - u) * corner(r1, h0) + u * corner(r1, h1));
+    const auto [least, most] = std::minmax_element(lines.begin(), lines.end());
+    return held((1 - u) * lines[0] + u * lines[1] + (1 - t) * lines[2] + t * lines[3] - corners, *least, *most);
+  }
+
+  Sum sum_in_cell(const Coordinates& point, std::size_t channel) {
     Coordinates x0;
     Coordinates x1;
     std::array<long double, kAxisCount> fraction{};
-    const Coordinates point = within_first_turn(given);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       const std::vector<double> nodes = all_nodes(axis);
       const double at = std::min(point[axis], nodes.back());
@@ -115,13 +203,9 @@ class LiteralEvaluator {
       minimum = std::min(minimum, low);
       maximum = std::max(maximum, high);
     }
-    if (sliced_.domain.kind == DomainKind::kLinear) maximum = std::numeric_limits<long double>::infinity();
-    const long double sum = p + q + s + t - 3 * c;
-    const long double value = inverse(std::clamp(sum, minimum, maximum) + guide_at(point, channel), channel);
-    return {has_negative(channel) ? value : std::max(0.0L, value), sum < minimum ? -1 : sum > maximum ? 1 : 0};
+    return held(p + q + s + t - 3 * c, minimum, maximum);
   }
 
- private:
   [[nodiscard]] bool elevation_frame() const { return lattice_.spec.id == FrameId::kElevation; }
   /// Of a whole turn of the lattice along an azimuth.
   [[nodiscard]] double turn_of(std::size_t axis) const {
@@ -299,7 +383,7 @@ class LiteralEvaluator {
       }
       found = splines_
                   .emplace(std::pair(k, channel),
-                           DenseSpline(slice.boundary, slice.length_deg, std::move(positions), std::move(values)))
+                           LimitedCurve(slice.boundary, slice.length_deg, std::move(positions), std::move(values)))
                   .first;
     }
     return found->second(position);
@@ -316,7 +400,7 @@ class LiteralEvaluator {
   std::vector<std::map<double, const float*>> samples_;
   std::map<Coordinates, std::size_t> corners_;
   std::map<std::pair<std::size_t, Coordinates>, std::size_t> lines_;
-  std::map<std::pair<std::size_t, std::size_t>, DenseSpline> splines_;
+  std::map<std::pair<std::size_t, std::size_t>, LimitedCurve> splines_;
   std::map<std::size_t, DenseSpline> guides_;
 };
 
