@@ -10,6 +10,7 @@
 #include "codec/coding/guide_steps.h"
 #include "codec/coding/sample_coder.h"
 #include "codec/entropy/event_stream.h"
+#include "codec/evaluation/needs.h"
 #include "codec/file/memory_need.h"
 #include "formats/sbrdf/container.h"
 #include "formats/sbrdf/memory_limit.h"

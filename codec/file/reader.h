@@ -9,7 +9,7 @@
 #include "codec/file/encoder.h"
 #include "codec/file/loader.h"
 #include "codec/frame/cells.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "formats/core/byte_source.h"
 #include "formats/sbrdf/memory_limit.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "codec/frame/cells.h"
-#include "codec/material/spline.h"
+#include "codec/curves/spline.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {

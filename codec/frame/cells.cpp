@@ -69,30 +69,6 @@ bool cell_meets(const Lattice& lattice, const CellSet::Cell& cell, const Directi
          (azimuth(kDiagonal, difference) || azimuth(kDiagonal, {-difference.to, -difference.from}));
 }
 
-// Bit k of `bits` tells the two sides of the cell on axis k apart; an axis of one node has one side only.
-LatticePoint corner_of(const Lattice& lattice, const CellSet::Cell& cell, unsigned bits) {
-  LatticePoint corner = cell;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    const auto last = static_cast<std::uint32_t>(lattice.nodes[axis].size() - 1);
-    corner[axis] = std::min(last, cell[axis] + ((bits >> axis) & 1U));
-  }
-  return corner;
-}
-
-// The lines that begin at a corner on the lower side of their axis, and what lies under it.
-void mark_corner(const Lattice& lattice, const LatticePoint& corner, unsigned bits, LatticeParts& parts) {
-  parts.crossings[lattice.corners[index_at(corner, lattice.corner_strides)]] = true;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    if (((bits >> axis) & 1U) != 0 || lattice.nodes[axis].size() < 2) continue;
-    const LineReference& line = lattice.lines[axis][index_at(corner, lattice.line_strides[axis])];
-    if (line.is_constant()) {
-      parts.crossings[line.crossing()] = true;
-    } else {
-      parts.slices[line.target] = true;
-    }
-  }
-}
-
 }  // namespace
 
 CellSet::CellSet(const Lattice& lattice) {
@@ -130,18 +106,6 @@ CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs) {
   CellSet cells(lattice);
   for (const DirectionPair& pair : pairs) cells.add(cell_of(lattice, pair));
   return cells;
-}
-
-LatticeParts needs_of(const Lattice& lattice, const CellSet& cells) {
-  LatticeParts needs = {std::vector<bool>(lattice.crossings.size()), std::vector<bool>(lattice.slices.size())};
-  cells.for_each([&](const CellSet::Cell& cell) {
-    for (unsigned bits = 0; bits < 16; ++bits) mark_corner(lattice, corner_of(lattice, cell, bits), bits, needs);
-  });
-  for (std::size_t k = 0; k < lattice.slices.size(); ++k) {
-    if (!needs.slices[k]) continue;
-    for (const SliceNode& node : lattice.nodes_of(lattice.slices[k])) needs.crossings[node.crossing] = true;
-  }
-  return needs;
 }
 
 }  // namespace sbrdf::internal

@@ -86,13 +86,4 @@ struct DirectionBox {
 /// The cells that the pairs lie in.
 [[nodiscard]] CellSet cells_of(const Lattice& lattice, std::span<const DirectionPair> pairs);
 
-/// Crossings and slices, each marked or not, by their numbers.
-struct LatticeParts {
-  std::vector<bool> crossings;
-  std::vector<bool> slices;
-};
-/// What evaluation within some cells uses: their sixteen corners, their thirty-two lines, and all crossings of these
-/// lines, since a spline takes all samples of its slice.
-[[nodiscard]] LatticeParts needs_of(const Lattice& lattice, const CellSet& cells);
-
 }  // namespace sbrdf::internal

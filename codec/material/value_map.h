@@ -7,7 +7,7 @@
 #include "codec/frame/lattice.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
-#include "codec/material/spline.h"
+#include "codec/curves/spline.h"
 
 namespace sbrdf::internal {
 

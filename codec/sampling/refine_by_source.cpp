@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "codec/material/spline.h"
+#include "codec/curves/spline.h"
 #include "codec/sampling/sampler.h"
 
 namespace sbrdf::internal {

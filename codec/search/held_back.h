@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "codec/sampling/adaptive_sampling.h"
 
 namespace sbrdf::internal {

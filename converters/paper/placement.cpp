@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "converters/judge/compare.h"
 #include "converters/models/kurt.h"
 #include "converters/paper/published.h"

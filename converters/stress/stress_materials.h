@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "codec/frame/lattice.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
 

@@ -8,7 +8,7 @@
 #include "codec/coding/value_scaling.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "tests/support/read_sliced.h"
 
 namespace {

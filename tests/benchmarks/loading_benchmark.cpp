@@ -11,7 +11,8 @@
 
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/needs.h"
 #include "tests/support/read_sliced.h"
 
 namespace {

@@ -5,7 +5,7 @@
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/frame/cells.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "formats/core/byte_source.h"
 #include "tests/fuzz/sliced_file.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "codec/file/encoder.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
 

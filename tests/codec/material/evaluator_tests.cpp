@@ -1,4 +1,4 @@
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 
 #include <algorithm>
 #include <array>

@@ -19,7 +19,7 @@
 #include <gtest/gtest.h>
 
 #include "codec/file/encoder.h"
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 #include "tests/support/literal_evaluator.h"
 #include "tests/support/test_data.h"
 

@@ -1,4 +1,4 @@
-#include "codec/material/spline.h"
+#include "codec/curves/spline.h"
 
 #include <array>
 #include <cmath>

@@ -1,12 +1,12 @@
-#include "codec/material/evaluator.h"
+#include "codec/evaluation/evaluator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "codec/frame/cells.h"
-#include "codec/material/slope_limits.h"
-#include "codec/material/spline.h"
+#include "codec/curves/slope_limits.h"
+#include "codec/curves/spline.h"
 
 namespace sbrdf::internal {
 namespace {

@@ -1,4 +1,4 @@
-#include "codec/material/slope_limits.h"
+#include "codec/curves/slope_limits.h"
 
 #include <algorithm>
 #include <array>
