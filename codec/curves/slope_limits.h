@@ -13,7 +13,7 @@ namespace sbrdf::internal {
 ///
 /// The curve may leave the values at the two ends of a gap as far as the straight lines through the samples on either
 /// side allow, both of them: a crest whose slope falls all the way, or a trough, is left whole. To this comes a
-/// twentieth of the range of the four samples around. Where the spline leaves more, the slopes at both ends of the gap
+/// tenth of the range of the four samples around. Where the spline leaves more, the slopes at both ends of the gap
 /// are cut to what keeps the curve within it rising or falling: the sign of the gap's straight line, and at most
 /// three times as steep; where the crest or trough is real, to between the straight lines of the gap and of the one
 /// beside it. Other slopes stay those of the spline, so that smooth data lose nothing.

@@ -1,0 +1,216 @@
+#include "codec/material/slope_limits.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "codec/material/spline.h"
+#include "formats/core/directions.h"
+#include "tests/support/dense_spline.h"
+
+namespace sbrdf::internal {
+namespace {
+
+struct Case {
+  std::string name;
+  Boundary boundary = Boundary::kBounded;
+  double length = 0;
+  std::vector<double> positions;
+  std::vector<double> values;
+
+  [[nodiscard]] std::size_t size() const { return positions.size(); }
+  [[nodiscard]] std::size_t gap_count() const { return boundary == Boundary::kPeriodic ? size() : size() - 1; }
+  [[nodiscard]] double end(std::size_t k) const { return k + 1 < size() ? positions[k + 1] : positions[0] + length; }
+  [[nodiscard]] double next(std::size_t k) const { return values[(k + 1) % size()]; }
+  [[nodiscard]] double width(std::size_t k) const { return end(k) - positions[k]; }
+  [[nodiscard]] double line(std::size_t k) const { return (next(k) - values[k]) / width(k); }
+};
+
+/// The same samples with an even gap; the end of a periodic slice is not a sample.
+template <class Function>
+Case sampled(std::string name, Boundary boundary, double length, int gaps, const Function& f) {
+  Case made = {std::move(name), boundary, length, {}, {}};
+  for (int k = 0; k < gaps + (boundary == Boundary::kPeriodic ? 0 : 1); ++k) {
+    made.positions.push_back(length * k / gaps);
+    made.values.push_back(f(made.positions.back()));
+  }
+  return made;
+}
+
+std::vector<double> limited_slopes(const Case& given) {
+  std::vector<double> slopes(given.size(), -77);
+  SplineSolver<double>().solve(given.boundary, given.length, given.positions, given.values.data(), slopes.data(), 1);
+  slopes_within_limits(given.boundary, given.length, given.positions, given.values.data(), slopes.data(), 1);
+  return slopes;
+}
+
+DenseSpline dense(const Case& given) {
+  return {given.boundary,
+          given.length,
+          {given.positions.begin(), given.positions.end()},
+          {given.values.begin(), given.values.end()}};
+}
+
+std::vector<double> spline_slopes(const Case& given) {
+  const DenseSpline spline = dense(given);
+  std::vector<double> slopes;
+  for (const double x : given.positions) slopes.push_back(static_cast<double>(spline(x, 1)));
+  return slopes;
+}
+
+// The definition in specs/conventions.md, written for one point of a gap.
+struct Allowed {
+  double low = 0;
+  double high = 0;
+};
+Allowed allowed(const Case& given, std::size_t k, double x) {
+  const std::size_t last = given.gap_count() - 1;
+  const double d = given.line(k);
+  const double w = given.width(k);
+  double before = d, behind = d, width_before = w, width_behind = w;
+  if (given.boundary == Boundary::kMirrored) before = behind = -d;
+  if (k > 0 || given.boundary == Boundary::kPeriodic) {
+    before = given.line(k > 0 ? k - 1 : last);
+    width_before = given.width(k > 0 ? k - 1 : last);
+  }
+  if (k < last || given.boundary == Boundary::kPeriodic) {
+    behind = given.line(k < last ? k + 1 : 0);
+    width_behind = given.width(k < last ? k + 1 : 0);
+  }
+  const double y0 = given.values[k];
+  const double y1 = given.next(k);
+  const auto [least, most] = std::minmax({y0 - before * width_before, y0, y1, y1 + behind * width_behind});
+  const double from_left = y0 + before * (x - given.positions[k]);
+  const double from_right = y1 - behind * (given.end(k) - x);
+  return {std::min({y0, y1, std::max(from_left, from_right)}) - 0.1 * (most - least),
+          std::max({y0, y1, std::min(from_left, from_right)}) + 0.1 * (most - least)};
+}
+
+/// By how much a curve leaves what is allowed, at most, over 1,000 places of the slice; 0 or less where it does not.
+template <class Curve>
+double excess(const Case& given, const Curve& curve) {
+  double worst = -1e9;
+  for (int step = 0; step < 1000; ++step) {
+    const double total = given.end(given.gap_count() - 1) - given.positions[0];
+    const double x = given.positions[0] + total * (step + 0.5) / 1000;
+    std::size_t k = given.gap_count() - 1;
+    while (given.positions[k] > x) --k;
+    const auto [low, high] = allowed(given, k, x);
+    const double y = curve(k, x);
+    worst = std::max({worst, y - high, low - y});
+  }
+  return worst;
+}
+
+double excess_with(const Case& given, const std::vector<double>& slopes) {
+  return excess(given, [&](std::size_t k, double x) {
+    const double t = (x - given.positions[k]) / given.width(k);
+    return evaluate_cubic(t, given.width(k), given.values[k], given.next(k), slopes[k], slopes[(k + 1) % given.size()]);
+  });
+}
+
+/// Plateaus beside steep flanks, one for each way in which a slice ends; the flanks also at the ends.
+std::vector<Case> plateaus() {
+  const std::vector<double> even = {0, 10, 20, 30, 40, 50, 60, 70, 80};
+  return {
+      {"bounded", Boundary::kBounded, 80, even, {0, 0, 0, 0, 10, 10, 10, 10, 10}},
+      {"bounded, uneven", Boundary::kBounded, 80, {0, 1, 30, 32, 40, 80}, {0, 0.1, 0.2, 8, 8.1, 9}},
+      {"bounded, steep at the end", Boundary::kBounded, 80, even, {9, 0, 0, 0, 0, 0, 0, 0, -7}},
+      {"mirrored", Boundary::kMirrored, 80, even, {0, 0, 0, 9, 9, 9, 1, 1, 1}},
+      {"mirrored, steep at the end", Boundary::kMirrored, 80, even, {9, 0, 0, 0, 0, 0, 0, 0, 6}},
+      {"mirrored, beside its mirror image", Boundary::kMirrored, 80, even, {5, 0, 8, -57, -57, -57, -57, -57, -57}},
+      {"periodic", Boundary::kPeriodic, 90, even, {0, 0, 0, 10, 10, 10, 10, 0, 0}},
+      {"periodic, steep across the period", Boundary::kPeriodic, 90, even, {10, 10, 10, 10, 10, 0, 0, 0, 0}},
+  };
+}
+
+TEST(SlopeLimits, KeepACurveNearASteepFlankWhereItsSplineSwingsOut) {
+  for (const Case& given : plateaus()) {
+    SCOPED_TRACE(given.name);
+    const DenseSpline spline = dense(given);
+    EXPECT_GT(excess(given, [&](std::size_t, double x) { return static_cast<double>(spline(x)); }), 0.01);
+    EXPECT_GT(excess_with(given, spline_slopes(given)), 0.01);
+    EXPECT_LE(excess_with(given, limited_slopes(given)), 1e-12);
+  }
+}
+
+TEST(SlopeLimits, LeaveASmoothCurveItsSpline) {
+  const auto parabola = [](double x) { return 3 - 0.002 * (x - 37) * (x - 37); };
+  const auto wave = [](double x) { return std::sin(radians_from_degrees(x) * 4 + 0.3); };
+  const auto even_wave = [](double x) { return std::cos(radians_from_degrees(x) * 4); };
+  const std::array cases = {
+      sampled("parabola, bounded", Boundary::kBounded, 80, 80, parabola),
+      sampled("sine, bounded", Boundary::kBounded, 80, 160, wave),
+      sampled("sine, periodic", Boundary::kPeriodic, 360, 360, wave),
+      sampled("cosine, mirrored", Boundary::kMirrored, 90, 90, even_wave),
+  };
+  for (const Case& given : cases) {
+    SCOPED_TRACE(given.name);
+    const std::vector<double> expected = spline_slopes(given);
+    const std::vector<double> slopes = limited_slopes(given);
+    for (std::size_t k = 0; k < given.size(); ++k) EXPECT_NEAR(slopes[k], expected[k], 1e-12) << k;
+  }
+}
+
+TEST(SlopeLimits, CutAFlankToThreeTimesItsLineAndAPlateauToNone) {
+  const Case given = plateaus().front();
+  const std::vector<double> slopes = limited_slopes(given);
+  for (std::size_t k = 0; k < given.gap_count(); ++k) {
+    if (given.line(k) == 0 && k >= 1 && k <= 5) {  // beside the flank; farther out the spline hardly swings
+      EXPECT_LE(std::abs(slopes[k]), std::abs(spline_slopes(given)[k]) + 1e-12) << k;
+    }
+    if (given.line(k) > 0) {
+      EXPECT_GE(slopes[k], 0);
+      EXPECT_LE(slopes[k], 3 * given.line(k));
+    }
+  }
+  EXPECT_EQ(slopes[3], 0);
+  EXPECT_EQ(slopes[4], 0);
+}
+
+TEST(SlopeLimits, OfOneSampleAreZeroAndOfTwoThoseOfTheSpline) {
+  for (const Boundary boundary : {Boundary::kPeriodic, Boundary::kMirrored, Boundary::kBounded}) {
+    EXPECT_EQ(limited_slopes({"one", boundary, 360, {12}, {5}}), std::vector<double>{0});
+    const Case two = {"two", boundary, boundary == Boundary::kPeriodic ? 160.0 : 80.0, {0, 80}, {1, 3}};
+    const std::vector<double> expected = spline_slopes(two);
+    const std::vector<double> slopes = limited_slopes(two);
+    ASSERT_EQ(slopes.size(), 2U);
+    for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(slopes[k], expected[k], 1e-14) << static_cast<int>(boundary);
+  }
+  const std::vector<double> line = limited_slopes({"line", Boundary::kBounded, 80, {0, 80}, {1, 3}});
+  EXPECT_EQ(line, (std::vector<double>{0.025, 0.025}));
+}
+
+TEST(SlopeLimits, ReadAndWriteOneChannelOfInterleavedValues) {
+  for (const Case& given : plateaus()) {
+    SCOPED_TRACE(given.name);
+    const std::size_t n = given.size();
+    std::vector<double> values(3 * n, 1e9);
+    std::vector<double> second(3 * n, -77);
+    for (std::size_t k = 0; k < n; ++k) values[3 * k + 1] = given.values[k];
+    SplineSolver<double>().solve(given.boundary, given.length, given.positions, values.data() + 1, second.data() + 1,
+                                 3);
+    slopes_within_limits(given.boundary, given.length, given.positions, values.data() + 1, second.data() + 1, 3);
+    const std::vector<double> expected = limited_slopes(given);
+    for (std::size_t k = 0; k < 3 * n; ++k) EXPECT_EQ(second[k], k % 3 == 1 ? expected[k / 3] : -77) << k;
+  }
+}
+
+TEST(EvaluateCubic, HasTheValuesAndSlopesThatItWasGivenAtItsEnds) {
+  const double width = 7;
+  const auto y = [&](double t) { return evaluate_cubic(t, width, 2.0, -1.0, 0.4, 3.0); };
+  EXPECT_EQ(y(0), 2);
+  EXPECT_EQ(y(1), -1);
+  const double step = 1e-6;
+  EXPECT_NEAR((y(step) - y(0)) / (step * width), 0.4, 1e-5);
+  EXPECT_NEAR((y(1) - y(1 - step)) / (step * width), 3.0, 1e-5);
+  for (const double t : {0.1, 0.5, 0.9}) EXPECT_EQ(evaluate_cubic(t, width, 0.1, 0.1, 0.0, 0.0), 0.1);
+}
+
+}  // namespace
+}  // namespace sbrdf::internal
