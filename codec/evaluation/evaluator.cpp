@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "codec/frame/cells.h"
 #include "codec/curves/slope_limits.h"
 #include "codec/curves/spline.h"
+#include "codec/frame/cells.h"
 
 namespace sbrdf::internal {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "codec/evaluation/evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/loader.h"
 #include "codec/frame/cells.h"
-#include "codec/evaluation/evaluator.h"
 #include "formats/core/byte_source.h"
 #include "formats/sbrdf/memory_limit.h"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "codec/frame/cells.h"
 #include "codec/curves/spline.h"
+#include "codec/frame/cells.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {

@@ -126,7 +126,8 @@ class FrameGeometry {
   /// theta_max, a place shortly beyond stands for them. So every crossing can be measured.
   [[nodiscard]] virtual DirectionPair directions(const Coordinates& coordinates, double theta_max_deg) const = 0;
 
-  /// Where azimuths become one. Where all azimuths cease to matter at once is not listed: there nothing is left to choose.
+  /// Where azimuths become one. Where all azimuths cease to matter at once is not listed: there nothing is left to
+  /// choose.
   [[nodiscard]] virtual std::span<const Merging> mergings() const = 0;
 
   /// The images of a point or line under all symmetries, each brought to normal form: azimuths that do not matter at a

@@ -48,8 +48,8 @@ GreyShares choose_grey_shares(std::span<const float> values, std::size_t channel
   }
   std::vector<float> shares;
   for (const double n : need) {
-    shares.push_back(
-        static_cast<float>(n > 0 ? std::min(kLargestShare, std::ceil(n * kRoom * GreyShares::kSteps + 1) / GreyShares::kSteps) : 0));
+    shares.push_back(static_cast<float>(
+        n > 0 ? std::min(kLargestShare, std::ceil(n * kRoom * GreyShares::kSteps + 1) / GreyShares::kSteps) : 0));
   }
   GreyShares chosen(std::move(shares));
   return chosen.active() ? chosen : GreyShares();

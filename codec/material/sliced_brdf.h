@@ -71,7 +71,7 @@ struct SlicedBrdf {
   ValueDomain domain;
   std::optional<Guide> guide;
   std::vector<std::string> channels;
-  GreyShares grey_shares;  ///< all values here are f_r with these added
+  GreyShares grey_shares;                    ///< all values here are f_r with these added
   std::vector<float> crossing_values;        ///< f_r [1/sr], crossing by crossing, channel fastest
   std::vector<std::uint32_t> sample_counts;  ///< adaptive samples on each slice
   std::vector<SamplePosition> positions;     ///< slice by slice, rising on each

@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
+#include "codec/curves/spline.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
-#include "codec/curves/spline.h"
 
 namespace sbrdf::internal {
 

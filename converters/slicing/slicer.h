@@ -93,7 +93,7 @@ class Slicer {
   double reciprocity_difference_percent_ = 0;
   Symmetries symmetries_;
   GreyShares grey_shares_;  ///< none where values are placed as the paper does, or no channel changes its sign
-  HeldBack choice_;  ///< empty where nothing is chosen by it
+  HeldBack choice_;         ///< empty where nothing is chosen by it
   HeldBack report_;
 };
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "codec/frame/lattice.h"
 #include "codec/evaluation/evaluator.h"
+#include "codec/frame/lattice.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "codec/coding/value_scaling.h"
+#include "codec/evaluation/evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
-#include "codec/evaluation/evaluator.h"
 #include "tests/support/read_sliced.h"
 
 namespace {

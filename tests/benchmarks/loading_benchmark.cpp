@@ -9,10 +9,10 @@
 #include <random>
 #include <vector>
 
-#include "codec/file/encoder.h"
-#include "codec/file/reader.h"
 #include "codec/evaluation/evaluator.h"
 #include "codec/evaluation/needs.h"
+#include "codec/file/encoder.h"
+#include "codec/file/reader.h"
 #include "tests/support/read_sliced.h"
 
 namespace {

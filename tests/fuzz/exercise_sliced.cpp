@@ -2,10 +2,10 @@
 #include <bit>
 
 #include "codec/coding/value_scaling.h"
+#include "codec/evaluation/evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/frame/cells.h"
-#include "codec/evaluation/evaluator.h"
 #include "formats/core/byte_source.h"
 #include "tests/fuzz/sliced_file.h"
 

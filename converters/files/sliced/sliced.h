@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "codec/file/encoder.h"
 #include "codec/evaluation/evaluator.h"
+#include "codec/file/encoder.h"
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
 

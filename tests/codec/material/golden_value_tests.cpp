@@ -18,8 +18,8 @@
 
 #include <gtest/gtest.h>
 
-#include "codec/file/encoder.h"
 #include "codec/evaluation/evaluator.h"
+#include "codec/file/encoder.h"
 #include "tests/support/literal_evaluator.h"
 #include "tests/support/test_data.h"
 

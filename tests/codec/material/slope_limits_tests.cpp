@@ -1,4 +1,4 @@
-#include "codec/material/slope_limits.h"
+#include "codec/curves/slope_limits.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "codec/material/spline.h"
+#include "codec/curves/spline.h"
 #include "formats/core/directions.h"
 #include "tests/support/dense_spline.h"
 
