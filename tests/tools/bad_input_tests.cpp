@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "converters/files/format_table.h"
+#include "formats/sbrdf/container.h"
 #include "tests/tools/harness.h"
 
 namespace sbrdf::internal {
@@ -41,7 +42,7 @@ std::vector<BadFile> bad_files() {
   const std::vector<double> values(24, 0.5);
   const std::vector<std::byte> sliced = small_sliced();
   std::vector<std::byte> newer = sliced;
-  newer[8] = std::byte{9};
+  newer[kContainerMagic.size()] = std::byte{9};
   std::vector<std::byte> damaged = sliced;
   damaged[sliced.size() - 1] ^= std::byte{1};
   std::vector<std::byte> longer = sliced;
@@ -52,9 +53,9 @@ std::vector<BadFile> bad_files() {
       {"MerlCutInValues", first(small_merl(), 203), 3, "need 204 bytes, the file has 203 (at byte 203)"},
       {"MerlWithTrailingByte", first(small_merl(), 205), 3, "(at byte 204)"},
       {"SlicedCutInMagic", first(sliced, 5), 3, ""},
-      {"SlicedCutInTable", first(sliced, 40), 3, "(at byte "},
-      {"SlicedCutAtEnd", first(sliced, sliced.size() - 1), 3, "[SB-1-4]"},
-      {"SlicedWithTrailingByte", longer, 3, "[SB-1-4]"},
+      {"SlicedCutInHead", first(sliced, 40), 3, "[SB-1-4] truncated: the file ends within its head (at byte 40)"},
+      {"SlicedCutAtEnd", first(sliced, sliced.size() - 1), 3, "[SB-3-2]"},
+      {"SlicedWithTrailingByte", longer, 3, "[SB-3-2]"},
       {"SlicedDamaged", damaged, 3, "checksum"},
       {"SlicedOfNewerVersion", newer, 4, "[SB-1-3]"},
       {"MerlCountOfZero", merl_bytes({0, 2, 2}, values), 3, "count of theta_h is 0, must be 1 to 4096 (at byte 0)"},

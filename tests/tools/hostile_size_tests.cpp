@@ -105,13 +105,13 @@ TEST_P(HostileSizes, AreNotPacked) {
 
 INSTANTIATE_TEST_SUITE_P(Tools, HostileSizes,
                          testing::Values("crossings.sbrdf", "samples.sbrdf", "sample_channels.sbrdf", "lattice.sbrdf",
-                                         "metadata.sbrdf", "head.sbrdfz"),
+                                         "metadata.sbrdf", "mask.sbrdf", "head.sbrdfz"),
                          [](const auto& tested) {
                            const std::string name = tested.param;
                            return name.substr(0, name.find('.'));
                          });
 
-TEST(HostileCases, AreAllTried) { EXPECT_EQ(hostile_cases(kShare).size(), 6U); }
+TEST(HostileCases, AreAllTried) { EXPECT_EQ(hostile_cases(kShare).size(), 7U); }
 
 /// Small enough to be read at all, too large for the limit.
 std::vector<std::byte> demanding_file() {
