@@ -29,6 +29,14 @@ TEST(Precision, StandsInTheFile) {
       run_sbrdf({"info", sampled(folder, {"--precision", "lossless"}), "--json"}).json()["precision_percent"], 0);
 }
 
+TEST(Precision, IsToldInTheDecimalsOfTheFile) {
+  const ScratchFolder folder;
+  const std::string copy = folder / "copy.sbrdf";
+  write_bytes(folder / "a.sbrdf", small_sliced());
+  ASSERT_EQ(run_sbrdf({"convert", folder / "a.sbrdf", copy, "--precision", "0.68%"}).exit_code, 0);
+  EXPECT_THAT(run_sbrdf({"info", copy}).out, testing::ContainsRegex("\nprecision_percent +0\\.68\n"));
+}
+
 TEST(Precision, OfACopyIsThatOfTheFileOrWhatIsAskedFor) {
   const ScratchFolder folder;
   const std::string lossless = sampled(folder, {"--precision", "lossless"});

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codec/coding/chunk_layout.h"
+#include "codec/coding/quantizer.h"
 #include "codec/file/reader.h"
 #include "converters/files/by_name.h"
 #include "converters/files/kurt/kurt_file.h"
@@ -57,7 +58,7 @@ void add_sliced(const SlicedReader& reader, const std::string& metadata, Json& j
   json["domain"] = name_of(kDomainNames, index.domain);
   json["symmetries"] = {{"mirror_x", index.frame.symmetries.mirror_x}, {"mirror_y", index.frame.symmetries.mirror_y}};
   json["placement"] = placement_of(index.frame);
-  json["precision_percent"] = 100 * index.scale.bound();
+  json["precision_percent"] = index.scale.lossless() ? 0 : millionths_of(index.scale.bound()) / 1e4;
   json["samples"] = {{"crossings", crossings},
                      {"adaptive", index.adaptive_count},
                      {"guide", index.guide_count},
