@@ -18,9 +18,9 @@ constexpr double kShared = 0.1;   // part of the mean sample's hold that each ha
 constexpr double kSmall = 0.2;    // of the mean residual: smaller ones are not told apart
 constexpr double kLargest = 1.0;  // residuals beyond say nothing about how far off f is
 
-constexpr std::size_t kFewestDirections = 30'000;
+constexpr std::size_t kFewestDirections = 6'000;
 constexpr std::size_t kMostDirections = 60'000;
-constexpr std::size_t kDirectionsPerSample = 10;
+constexpr std::size_t kDirectionsPerSample = 30;
 
 /// What is fitted, all channels, channel fastest.
 struct Problem {

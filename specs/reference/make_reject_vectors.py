@@ -76,6 +76,8 @@ class Parts:
         channels = field("channel count", reader.count)
         field("names", lambda: [reader.take(reader.count()) for _ in range(channels)])
         channels = channels or 3
+        field("grey", lambda: [reader.count() for _ in range(channels if domain & 16 else 0)])
+        domain &= 15
         self.ranges = field("ranges", lambda: [(reader.signed(), reader.count()) for _ in range(channels)])
         field("references", lambda: [reader.count() for _ in range(channels if domain == 2 else 0)])
         field("halvings", lambda: reader.take(1 if domain == 2 else 0))
@@ -223,6 +225,8 @@ def frame_vectors(base, half_difference):
 def channel_vectors(base, log):
     yield "SB-2-5-domain-0", base.changed(domain=b"\x00").emit()
     yield "SB-2-5-domain-3", base.changed(domain=b"\x03").emit()
+    yield "SB-2-18-all-0", log.changed(domain=b"\x12", grey=count(0) * len(log.ranges)).emit()
+    yield "SB-2-18-1025", log.changed(domain=b"\x12", grey=count(1025) * len(log.ranges)).emit()
     yield "SB-2-6-4097-channels", base.changed(channel_count=count(4097), names=bytes(4097)).emit()
     for what, step in (("zero", 0), ("infinite", 0x7f800000), ("not-a-number", 0x7fc00000), ("too-large", 2**31)):
         yield f"SB-2-7-reference-{what}", log.altered("references", 0, count(step)).emit()

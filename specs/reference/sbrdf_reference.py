@@ -235,13 +235,17 @@ class Index:
         known(points <= 2**21, "SB-2-4", f"{points} lattice points")
 
     def read_channels(self, reader):
-        self.domain = reader.number("B")
+        domain = reader.number("B")
+        self.domain = domain & ~16
         known(self.domain in (1, 2), "SB-2-5", f"domain {self.domain}")
         count = reader.count()
         need(count <= 4096, "SB-2-6", f"{count} channels")
         self.channels = [] if count else ["R", "G", "B"]
         for _ in range(count):
             self.channels.append(reader.take(reader.count()).decode("utf-8", errors="replace"))
+        self.grey = [reader.count() for _ in self.channels] if domain & 16 else []
+        need(all(share <= 1024 for share in self.grey), "SB-2-18", "a share of grey above 1024")
+        need(not domain & 16 or any(self.grey), "SB-2-18", "all shares of grey are 0")
         self.ranges = []
         for _ in self.channels:
             least = reader.signed()

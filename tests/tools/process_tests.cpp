@@ -151,7 +151,8 @@ TEST_P(Signals, EndTheProgramAtEveryMomentWithTheirCodeAndNothingHalfDone) {
     place_.clear();
     start = Clock::now();
     const ProgramRun done = run(SentSignal{signal, std::chrono::microseconds(static_cast<long>(1e6 * after))});
-    EXPECT_THAT(done.err, AnyOf("", "sbrdf: interrupted\n"));
+    // `compare` may end before the signal comes, with what it has to say.
+    EXPECT_THAT(done.err, AnyOf("", "sbrdf: interrupted\n", testing::HasSubstr("warning: false values")));
     if (!place_.outputs().empty()) {
       EXPECT_THAT(place_.outputs(), ElementsAre(testing::StartsWith("a.")));
       EXPECT_TRUE(output() == complete);
