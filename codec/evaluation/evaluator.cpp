@@ -129,24 +129,24 @@ void BasicEvaluator<Real>::add_curves(const SlicedBrdf& sliced, const Lattice& l
   const std::vector<SliceSamples> slices = gather_slices(sliced, lattice);
   SplineSolver<Wide> solver;
   std::vector<Wide> values;
-  std::vector<Wide> second;
+  std::vector<Wide> slopes;  // second derivatives, until their limits make them slopes
   for (std::size_t k = 0; k < slices.size(); ++k) {
     const Slice& slice = lattice.slices[k];
     map.forward(slice, slices[k], values);
-    second.resize(values.size());
+    slopes.resize(values.size());
     for (std::size_t c = 0; c < channels_; ++c) {
-      solver.solve(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c, second.data() + c,
+      solver.solve(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c, slopes.data() + c,
                    channels_);
       slopes_within_limits(slice.boundary, slice.length_deg, slices[k].positions_deg, values.data() + c,
-                           second.data() + c, channels_);
+                           slopes.data() + c, channels_);
     }
-    add_curve(slice, slices[k], values, second);
+    add_curve(slice, slices[k], values, slopes);
   }
 }
 
 template <class Real>
 void BasicEvaluator<Real>::add_curve(const Slice& slice, const SliceSamples& samples, std::span<const Wide> values,
-                                     std::span<const Wide> second) {
+                                     std::span<const Wide> slopes) {
   Curve curve;
   curve.boundary = slice.boundary;
   curve.start = slice.start_deg;
@@ -156,7 +156,7 @@ void BasicEvaluator<Real>::add_curve(const Slice& slice, const SliceSamples& sam
   const std::size_t knots = slice.boundary == Boundary::kPeriodic ? n + 1 : n;
   for (std::size_t knot = 0; knot < knots; ++knot) {
     knots_.push_back(knot < n ? samples.positions_deg[knot] : slice.start_deg + slice.length_deg);
-    for (const std::span<const Wide> row : {values, second}) {
+    for (const std::span<const Wide> row : {values, slopes}) {
       for (const Wide v : row.subspan(knot % n * channels_, channels_)) knot_values_.push_back(static_cast<Real>(v));
     }
   }

@@ -77,7 +77,7 @@ class BasicEvaluator {
   void add_corners(const SlicedBrdf& sliced, const Lattice& lattice, const ValueMap<Wide>& map);
   void add_curves(const SlicedBrdf& sliced, const Lattice& lattice, const ValueMap<Wide>& map);
   void add_curve(const Slice& slice, const SliceSamples& samples, std::span<const Wide> values,
-                 std::span<const Wide> second);
+                 std::span<const Wide> slopes);
   void add_buckets(Curve& curve);
 
   [[nodiscard]] Cell locate(const Coordinates& x) const;
@@ -116,7 +116,7 @@ class BasicEvaluator {
   std::vector<Real> corner_values_;     ///< in the value domain, per crossing, channel fastest
   std::vector<Curve> curves_;           ///< by number of slice
   std::vector<double> knots_;           ///< positions of samples [degrees]
-  std::vector<Real> knot_values_;       ///< per knot: the values of all channels, then their second derivatives
+  std::vector<Real> knot_values_;       ///< per knot: the values of all channels, then their slopes
   std::vector<std::uint32_t> buckets_;  ///< the first knot of the segment that holds the bucket's start
 };
 

@@ -42,7 +42,7 @@ void mark_corner(const Lattice& lattice, const LatticePoint& corner, unsigned bi
 // Whether the azimuths of a cell can lead to a place between two nodes of the ring.
 bool meets(const Lattice& lattice, const PoleRing& ring, const CellSet::Cell& cell, std::size_t node) {
   const Merging& merging = ring.merging;
-  const std::size_t other = merging.ring_axis == kAxial ? kDiagonal : kAxial;
+  const std::size_t other = ring.other_azimuth();
   const auto side = [&](std::size_t axis, std::uint32_t k) { return lattice.nodes[axis][cell[axis] + k]; };
   const double low = side(merging.ring_axis, 0) + merging.sign * side(other, merging.sign > 0 ? 0 : 1);
   const double high = side(merging.ring_axis, 1) + merging.sign * side(other, merging.sign > 0 ? 1 : 0);

@@ -12,7 +12,7 @@ PoleRing make_ring(const Lattice& lattice, const Merging& merging) {
   PoleRing ring;
   ring.merging = merging;
   ring.along = merging.polar_axis == kHorizontal ? kVertical : kHorizontal;
-  const std::size_t other = merging.ring_axis == kAxial ? kDiagonal : kAxial;
+  const std::size_t other = ring.other_azimuth();
   for (std::uint32_t a = 0; a < lattice.nodes[merging.ring_axis].size(); ++a) {
     for (std::uint32_t b = 0; b < lattice.nodes[other].size(); ++b) {
       Coordinates x{};
@@ -38,8 +38,7 @@ PoleRing make_ring(const Lattice& lattice, const Merging& merging) {
 }  // namespace
 
 double PoleRing::position_deg(const Coordinates& x) const {
-  const std::size_t other = merging.ring_axis == kAxial ? kDiagonal : kAxial;
-  return wrap(x[merging.ring_axis] + merging.sign * x[other], merging.period_deg);
+  return wrap(x[merging.ring_axis] + merging.sign * x[other_azimuth()], merging.period_deg);
 }
 
 std::size_t PoleRing::node_before(double position_deg) const {

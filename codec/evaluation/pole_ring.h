@@ -25,6 +25,8 @@ struct PoleRing {
   std::size_t along = 0;    ///< the other polar axis
   std::vector<Node> nodes;  ///< two or more
 
+  /// The azimuth that is 0 on the ring.
+  [[nodiscard]] std::size_t other_azimuth() const { return merging.ring_axis == kAxial ? kDiagonal : kAxial; }
   /// The place on the ring of frame coordinates, in [0, period).
   [[nodiscard]] double position_deg(const Coordinates& x) const;
   /// The last node at or before a place, but never the last of all.

@@ -150,11 +150,8 @@ class ChannelFit {
 std::vector<double> gains_of(const SlicedBrdf& sliced, const HeldBack& directions, const std::vector<float>& stored,
                              const HeldBackError& error, Objective objective) {
   const std::size_t channels = sliced.channel_count();
-  double total = 0;
-  for (std::size_t k = 0; k < directions.values.size(); ++k) {
-    total += directions.weights[k / channels] * std::abs(static_cast<double>(directions.values[k]));
-  }
-  const double floor = 0.01 * total / static_cast<double>(channels);
+  const double floor = mre_floor(directions);
+  const double total = 100 * floor * static_cast<double>(channels);
   const double of_l1 = objective == Objective::kMre ? 0 : 1 / (total * std::max(error.rel_l1_percent, 1e-9));
   const double of_mre =
       objective == Objective::kRelL1 ? 0 : 1 / (static_cast<double>(channels) * std::max(error.mre_percent, 1e-9));

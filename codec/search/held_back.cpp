@@ -42,11 +42,19 @@ void keep_measured(const HeldBackDraw& draw, HeldBack& held_back) {
   held_back = std::move(kept);
 }
 
+// What every draw ends with.
+Result<HeldBack> measured_draw(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure,
+                               HeldBack held_back) {
+  keep_measured(draw, held_back);
+  held_back.values.resize(held_back.pairs.size() * channel_count);
+  if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
+  return held_back;
+}
+
 }  // namespace
 
 Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure) {
   std::mt19937_64 random(draw.seed);
-  const auto uniform = [&](double end) { return end * static_cast<double>(random() >> 11U) * 0x1p-53; };
   std::array<std::size_t, kShares.size()> wanted{};
   std::array<std::size_t, kShares.size()> kept{};
   std::array<std::size_t, kShares.size()> seen{};
@@ -59,11 +67,11 @@ Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_co
   std::vector<std::size_t> strata;
   std::uint64_t draws = 0;
   for (; missing > 0 && draws < kMaxDraws; ++draws) {
-    const double theta_i = uniform(draw.theta_max_deg);
-    const double theta_v = uniform(draw.theta_max_deg);
-    const double phi_i = uniform(360);
+    const double theta_i = draw_uniform(random, draw.theta_max_deg);
+    const double theta_v = draw_uniform(random, draw.theta_max_deg);
+    const double phi_i = draw_uniform(random, 360);
     const DirectionPair pair = {direction_from_degrees(theta_i, phi_i),
-                                direction_from_degrees(theta_v, draw.isotropic ? 0 : uniform(360))};
+                                direction_from_degrees(theta_v, draw.isotropic ? 0 : draw_uniform(random, 360))};
     const std::size_t stratum = stratum_of(pair);
     ++seen[stratum];
     if (kept[stratum] == wanted[stratum]) continue;
@@ -76,10 +84,7 @@ Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_co
     held_back.weights.push_back(static_cast<double>(seen[stratum]) / static_cast<double>(draws) /
                                 static_cast<double>(kept[stratum]));
   }
-  keep_measured(draw, held_back);
-  held_back.values.resize(held_back.pairs.size() * channel_count);
-  if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
-  return held_back;
+  return measured_draw(draw, channel_count, measure, std::move(held_back));
 }
 
 Result<HeldBack> draw_for_fit(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure) {
@@ -98,10 +103,7 @@ Result<HeldBack> draw_for_fit(const HeldBackDraw& draw, std::size_t channel_coun
     total += drawn.weight;
   }
   for (double& weight : held_back.weights) weight /= total;
-  keep_measured(draw, held_back);
-  held_back.values.resize(held_back.pairs.size() * channel_count);
-  if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
-  return held_back;
+  return measured_draw(draw, channel_count, measure, std::move(held_back));
 }
 
 bool all_zero(const HeldBack& held_back) {

@@ -3,17 +3,15 @@
 #include <cstddef>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 namespace sbrdf::internal {
 
-// Bytes as one zstd frame that states how many they are. `dictionary` is content that the bytes may refer back to.
+// Bytes as one zstd frame that states how many they are.
 
-[[nodiscard]] std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes, std::string_view dictionary = {});
+[[nodiscard]] std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes);
 
 /// Nothing unless `packed` is one frame, and nothing behind it, that holds exactly `size` bytes.
-[[nodiscard]] std::optional<std::vector<std::byte>> unpack_bytes(std::span<const std::byte> packed, std::size_t size,
-                                                                 std::string_view dictionary = {});
+[[nodiscard]] std::optional<std::vector<std::byte>> unpack_bytes(std::span<const std::byte> packed, std::size_t size);
 
 }  // namespace sbrdf::internal

@@ -14,17 +14,9 @@ import zlib
 import zstandard
 
 from sbrdf_reference import Container
-from sbrdfz_reference import MAGIC, summary_of
+from sbrdfz_reference import MAGIC, count, summary_of
 
 NAMES = ("elevation-crossings-only", "elevation-isotropic-split", "guide", "worked-example")
-
-
-def count(value):
-    groups = bytearray()
-    while value > 127:
-        groups.append(value & 127 | 128)
-        value >>= 7
-    return bytes(groups) + bytes([value])
 
 
 def sealed(data):

@@ -16,14 +16,7 @@ import zlib
 import zstandard
 
 from sbrdf_reference import DICTIONARY, MAGIC, Container, Index, IndexReader, payload_of
-
-
-def count(value):
-    groups = bytearray()
-    while value > 127:
-        groups.append(value & 127 | 128)
-        value >>= 7
-    return bytes(groups) + bytes([value])
+from sbrdfz_reference import count
 
 
 def signed(value):
