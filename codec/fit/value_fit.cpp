@@ -211,6 +211,8 @@ std::size_t fit_directions(std::size_t sample_count) {
 
 SlicedBrdf fit_values(const SlicedBrdf& sliced, const Lattice& lattice, const HeldBack& directions,
                       Objective objective) {
+  // Zero everywhere: no error has a size that others could be held against.
+  if (all_zero(directions)) return sliced;
   const std::size_t channels = sliced.channel_count();
   std::vector<SliceSamples> slices = gather_slices(sliced, lattice);
   Reconstruction map(sliced, lattice, slices);

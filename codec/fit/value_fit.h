@@ -21,6 +21,7 @@ inline constexpr std::size_t kMostFittedSamples = 30'000;
 /// that what is made small is the objective's error (mean or sum of |f - r|, not of squares), by conjugate gradients.
 /// `directions`, with values f_r, must not be those that results are judged on. May be worse for other directions than
 /// `sliced` is, where there are too few of them or slices are far from the source: the caller compares.
+/// `sliced` itself where all values of `directions` are zero.
 [[nodiscard]] SlicedBrdf fit_values(const SlicedBrdf& sliced, const Lattice& lattice, const HeldBack& directions,
                                     Objective objective);
 
