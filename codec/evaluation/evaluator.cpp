@@ -91,6 +91,14 @@ class SliceSum {
   Values most_;
 };
 
+/// A value within its bounds. Where samples lie near the end of what Real holds, slices between them may be no number:
+/// these bound nothing, and where none is one, the bounds stand in the wrong order. The lower one is then the answer.
+template <class Real>
+Real held(Real value, Real least, Real most) {
+  if (value > most) return most;
+  return value >= least ? value : std::min(least, most);
+}
+
 }  // namespace
 
 template <class Real>
@@ -365,7 +373,7 @@ void BasicEvaluator<Real>::reconstruct(const Cell& cell, const Coordinates& x, s
   for (const PoleRing& ring : rings_) {
     if (cell.index[ring.merging.polar_axis] == 0) correct_at_pole<N>(ring, cell, x, channel, sum);
   }
-  for (std::size_t c = 0; c < N; ++c) values[c] = std::clamp(sum.value[c], sum.least[c], sum.most[c]);
+  for (std::size_t c = 0; c < N; ++c) values[c] = held(sum.value[c], sum.least[c], sum.most[c]);
   map_.inverse(x, channel, std::span(values, N));
 }
 

@@ -490,6 +490,23 @@ TEST(Evaluator, StaysFiniteAndAboveZeroOnValuesOverFortyOrders) {
   }
 }
 
+// Differences of such values, and slopes between them, are beyond float32.
+TEST(Evaluator, StaysFiniteBetweenTheLargestNumbersOfBothSigns) {
+  for (const std::vector<float>& extremes : {std::vector<float>{3e38F, -3e38F}, {3.4e38F, 0.0F}}) {
+    for (const DomainKind domain : kDomains) {
+      std::mt19937_64 random(16);
+      const auto wild = [&](const DirectionPair&, std::size_t) { return extremes[random() % 2]; };
+      const auto [lattice, sliced] = sample_function(elevation_frame(28, 90, {}).value(), 800, domain, wild);
+      const Evaluator evaluator(sliced, lattice);
+      for (int k = 0; k < 2000; ++k) {
+        const float value = evaluate(evaluator, random_pair(random, 90))[0];
+        ASSERT_TRUE(std::isfinite(value)) << extremes[1] << ", domain " << static_cast<int>(domain);
+        ASSERT_TRUE(value >= 0 || extremes[1] < 0);
+      }
+    }
+  }
+}
+
 TEST(Evaluator, KeepsNegativeValues) {
   const FrameSpec spec = elevation_frame(80, 180, {}).value();
   const auto negative = [](const auto&, std::size_t c) { return c == 0 ? -2.0 : 3.0; };
