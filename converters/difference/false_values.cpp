@@ -64,7 +64,19 @@ struct Near {
   [[nodiscard]] bool too_small(double r) const { return !(r >= lower()); }
 };
 
-bool any_false(std::span<const Near> near, std::span<const float> r) {
+double largest_of(std::span<const Near> near) {
+  double largest = 0;
+  for (const Near& channel : near) largest = std::max(largest, channel.largest);
+  return largest;
+}
+
+double size_of(float r) { return std::isnan(r) ? std::numeric_limits<double>::infinity() : std::abs(r); }
+
+bool any_false(FalseValueSearch search, std::span<const Near> near, std::span<const float> r) {
+  if (search == FalseValueSearch::kFar) {
+    const double limit = kFalseFactor * largest_of(near);
+    return std::any_of(r.begin(), r.end(), [&](float value) { return size_of(value) > limit; });
+  }
   for (std::size_t c = 0; c < near.size(); ++c) {
     if (near[c].too_large(r[c]) || near[c].too_small(r[c])) return true;
   }
@@ -72,18 +84,23 @@ bool any_false(std::span<const Near> near, std::span<const float> r) {
 }
 
 /// Some value would be false if the reference were the same all around. Most values end here, so nothing is allocated.
-bool any_differs(std::span<const float> f, std::span<const float> r) {
+bool any_differs(FalseValueSearch search, std::span<const float> f, std::span<const float> r) {
+  if (search == FalseValueSearch::kFar) {
+    Near here;
+    for (const float value : f) here.take(value);
+    return any_false(search, std::span(&here, 1), r);
+  }
   for (std::size_t c = 0; c < f.size(); ++c) {
     Near here;
     here.take(f[c]);
-    if (any_false(std::span(&here, 1), r.subspan(c, 1))) return true;
+    if (any_false(search, std::span(&here, 1), r.subspan(c, 1))) return true;
   }
   return false;
 }
 
 /// Looks around the pair for as long as some value is false by what was seen.
 std::vector<Near> look_around(const BrdfSource& reference, const DirectionPair& pair, std::span<const float> f,
-                              std::span<const float> r) {
+                              std::span<const float> r, FalseValueSearch search) {
   std::vector<Near> near(f.size());
   const auto take = [&](std::span<const float> values) {
     for (std::size_t k = 0; k < values.size(); ++k) near[k % near.size()].take(values[k]);
@@ -91,7 +108,7 @@ std::vector<Near> look_around(const BrdfSource& reference, const DirectionPair& 
   take(f);
   std::vector<float> values;
   // The widest ring first: it has the most to say of a slope.
-  for (int ring = kRings + 1; ring > 0 && any_false(near, r); --ring) {
+  for (int ring = kRings + 1; ring > 0 && any_false(search, near, r); --ring) {
     const std::vector<DirectionPair> pairs = ring > kRings ? mirror_pairs(pair) : ring_pairs(pair, ring);
     values.resize(pairs.size() * near.size());
     reference.evaluate(pairs, values);
@@ -120,18 +137,18 @@ void FalseValues::add(const FalseValues& other) {
 }
 
 void find_false_values(const BrdfSource& reference, const DirectionPair& pair, std::span<const float> f,
-                       std::span<const float> r, FalseValues& found) {
-  if (!any_differs(f, r)) return;
-  const std::vector<Near> near = look_around(reference, pair, f, r);
-  double largest = 0;
-  for (const Near& channel : near) largest = std::max(largest, channel.largest);
+                       std::span<const float> r, FalseValueSearch search, FalseValues& found) {
+  if (search == FalseValueSearch::kNone || !any_differs(search, f, r)) return;
+  const std::vector<Near> near = look_around(reference, pair, f, r, search);
+  const double largest = largest_of(near);
   for (std::size_t c = 0; c < near.size(); ++c) {
-    const double size = std::isnan(r[c]) ? std::numeric_limits<double>::infinity() : std::abs(r[c]);
+    const double size = size_of(r[c]);
     const ValuePlace place = {pair, c, f[c], r[c]};
     if (size > kFalseFactor * largest) {
       ++found.count;
       take_worst(over(size, largest), place, found.worst_factor, found.worst);
     }
+    if (search == FalseValueSearch::kFar) continue;
     const bool large = near[c].too_large(r[c]);
     const bool small = !large && near[c].too_small(r[c]);
     if (large) ++found.too_large;

@@ -12,6 +12,13 @@ inline constexpr double kFalseFactor = 3;
 inline constexpr double kStrictFactor = 1.5;
 inline constexpr double kNeighbourhoodDeg = 3;
 
+/// Which false values are looked for.
+enum class FalseValueSearch : std::uint8_t {
+  kNone,
+  kFar,  ///< those of `count`: few values need a look at what is around, so it takes little time
+  kAll,  ///< the strict counts, too: with a poor test longer than all the rest of a comparison
+};
+
 /// Values of a test that its reference has nowhere near: streaks and sparks of a reconstruction. What a reference has
 /// near a pair are its values there and where one of the two directions, light or viewer, is moved by at most 3
 /// degrees: on rings every half degree with points half a degree apart, above the horizon; and at the mirror direction
@@ -27,7 +34,7 @@ struct FalseValues {
   std::uint64_t too_small = 0;
   double strict_worst = 0;  ///< of both, the farthest beyond the bound, in units of the largest |f|
   ValuePlace strict_worst_at;
-  bool complete = true;  ///< false: so many were found that the rest of the directions was not looked at
+  bool complete = true;  ///< false: not all directions were looked at, since so many were found, or none was
 
   [[nodiscard]] std::uint64_t strict_count() const { return too_large + too_small; }
   /// The first of equally bad ones stays.
@@ -35,8 +42,8 @@ struct FalseValues {
 };
 
 /// Counts the false among the values `r` (one for each channel) at a pair where the reference is `f`. The reference is
-/// evaluated around the pair only where a value differs by the strict factor from `f` itself.
+/// evaluated around the pair only where a value is false by `f` itself.
 void find_false_values(const BrdfSource& reference, const DirectionPair& pair, std::span<const float> f,
-                       std::span<const float> r, FalseValues& found);
+                       std::span<const float> r, FalseValueSearch search, FalseValues& found);
 
 }  // namespace sbrdf::internal

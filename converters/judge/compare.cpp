@@ -40,8 +40,13 @@ Status check(const BrdfSource& reference, const BrdfSource& test, const CompareO
 
 class Comparer {
  public:
-  Comparer(const BrdfSource& reference, const BrdfSource& test, const ComparedPairs& pairs)
-      : reference_(reference), test_(test), pairs_(pairs), channels_(reference.channel_count()) {}
+  Comparer(const BrdfSource& reference, const BrdfSource& test, const ComparedPairs& pairs,
+           FalseValueSearch false_values)
+      : reference_(reference),
+        test_(test),
+        pairs_(pairs),
+        false_values_(false_values),
+        channels_(reference.channel_count()) {}
 
   /// A hundredth of the mean |f|.
   Result<double> floor_of_draw(const Progress& progress) const {
@@ -78,13 +83,14 @@ class Comparer {
     std::uint64_t measured = 0;
     ChannelErrors errors(channels_, floor);
     FalseValues false_values;
+    false_values.complete = looks_for_them();
     std::vector<LogHistogram> relative(channels_);
     std::mutex mutex;  // of `relative`, to which the order of adding makes no difference
     const bool done = in_waves<Block>(
         progress, {ChannelErrors(channels_, floor), {}, 0},
         [&](std::uint64_t block, Block& own) {
           std::vector<LogHistogram> own_relative(channels_);
-          own.false_values.complete = false_values.strict_count() < kEnoughFalseValues;
+          own.false_values.complete = looks_for_them() && found_in(false_values) < kEnoughFalseValues;
           own.measured = compare_block(block, own.errors, own_relative, own.false_values);
           const std::scoped_lock lock(mutex);
           for (std::size_t c = 0; c < channels_; ++c) relative[c].add(own_relative[c]);
@@ -102,6 +108,11 @@ class Comparer {
   }
 
  private:
+  [[nodiscard]] bool looks_for_them() const { return false_values_ != FalseValueSearch::kNone; }
+  [[nodiscard]] static std::uint64_t found_in(const FalseValues& found) {
+    return std::max(found.count, found.strict_count());
+  }
+
   // Calls `work` for all blocks, some at a time, and hands what each has made to `take` in the order of the blocks.
   // False where it was stopped.
   template <class Own, class Work, class Take>
@@ -155,8 +166,9 @@ class Comparer {
         return std::span(values).subspan(k * channels_, channels_);
       };
       errors.add(pairs[k], of_pair(f), of_pair(r), relative);
-      if (false_values.strict_count() >= kEnoughInBlock) false_values.complete = false;
-      if (false_values.complete) find_false_values(reference_, pairs[k].pair, of_pair(f), of_pair(r), false_values);
+      if (found_in(false_values) >= kEnoughInBlock) false_values.complete = false;
+      if (!false_values.complete) continue;
+      find_false_values(reference_, pairs[k].pair, of_pair(f), of_pair(r), false_values_, false_values);
     }
     return pairs.size();
   }
@@ -164,6 +176,7 @@ class Comparer {
   const BrdfSource& reference_;
   const BrdfSource& test_;
   const ComparedPairs& pairs_;
+  FalseValueSearch false_values_;
   std::size_t channels_;
 };
 
@@ -179,7 +192,7 @@ Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource
   if (pairs.size() > kMostPairs) {
     return usage_error(std::to_string(pairs.size()) + " direction pairs are too many; take a larger step");
   }
-  const Comparer comparer(judge, test, pairs);
+  const Comparer comparer(judge, test, pairs, options.false_values);
   if (options.floor) return comparer.compare(*options.floor, progress);
   if (options.directions == CompareDirections::kGrid) return comparer.compare(0, progress);
   StepwiseProgress steps(progress);

@@ -30,10 +30,12 @@ Status measure_errors(const BrdfSource& source, const BrdfSource& sliced, const 
   directions.random_count = options.random_count;
   directions.seed = options.seed;
   directions.floor = 0;
+  directions.false_values = FalseValueSearch::kNone;
   const double share = options.random_count > 0 ? 0.5 : 1 - kOffGridShare;
   const Result<Comparison> on_grid = compare_sources(source, sliced, directions, steps.step(share));
   if (!on_grid) return on_grid.error();
   directions.directions = CompareDirections::kRandom;
+  directions.false_values = FalseValueSearch::kFar;
   if (directions.random_count == 0) directions.random_count = kOffGridPairs;
   const Result<Comparison> off_grid = compare_sources(source, sliced, directions, steps.step(1));
   if (!off_grid) return off_grid.error();

@@ -290,7 +290,7 @@ void Slicer::look_closer(Slicing& slicing) const {
     evaluator.evaluate(report_.pairs[k], r);
     const std::span<const float> f = std::span(report_.values).subspan(k * channels, channels);
     errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(report_.pairs.size())}, f, r, relative);
-    find_false_values(*measured_, report_.pairs[k], f, r, slicing.report.false_values);
+    find_false_values(*measured_, report_.pairs[k], f, r, FalseValueSearch::kFar, slicing.report.false_values);
   }
   slicing.report.figures = errors.all(relative);
 }

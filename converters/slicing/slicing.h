@@ -31,7 +31,7 @@ struct SliceReport {
   HeldBackError error;        ///< on directions that took no part in any choice
   std::uint64_t error_directions = 0;
   ErrorFigures figures;                ///< on the same, all channels together, with the same floor
-  FalseValues false_values;            ///< on the same
+  FalseValues false_values;            ///< on the same, without the strict counts
   bool error_values_all_zero = false;  ///< the source is zero on them: the error is 0 or infinite, and says nothing
   std::vector<std::string> reasons;    ///< why this structure, where one was searched for
 };

@@ -1,6 +1,7 @@
 #include "converters/judge/compare.h"
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -340,6 +341,28 @@ TEST(Compare, StopsLookingForFalseValuesWhenEnoughWereFound) {
   EXPECT_FALSE(many.false_values.complete);
   EXPECT_EQ(many.false_values.count, 64U * 1000);  // in each of the blocks that are looked at together
   EXPECT_NEAR(many.mre_percent, 300, 1e-9);
+}
+
+TEST(Compare, LooksForFalseValuesOnlyWhereItIsAskedTo) {
+  std::atomic<int> evaluated = 0;
+  const FunctionSource one(
+      [&](const auto&, std::size_t) {
+        ++evaluated;
+        return 1.0;
+      },
+      {.channels = {"Y"}});
+  const FunctionSource four([](const auto&, std::size_t) { return 4.0; }, {.channels = {"Y"}});
+  CompareOptions options = drawn(CompareDirections::kRandom, 900);
+  options.floor = 0.01;
+  options.false_values = FalseValueSearch::kNone;
+  const Comparison unasked = compare(one, four, options);
+  EXPECT_EQ(evaluated, 900);
+  EXPECT_EQ(unasked.false_values.strict_count(), 0U);
+  EXPECT_FALSE(unasked.false_values.complete);
+  options.false_values = FalseValueSearch::kAll;
+  const Comparison asked = compare(one, four, options);
+  EXPECT_EQ(asked.false_values.count, 900U);
+  EXPECT_EQ(figures(static_cast<const ErrorFigures&>(asked)), figures(static_cast<const ErrorFigures&>(unasked)));
 }
 
 /// 1 where it was measured, with a hole at theta_i above 40 degrees that it calls black.

@@ -46,6 +46,7 @@ Result<Comparison> difference_from_whole(const DecodedSliced& whole, const Slice
   options.theta_max_deg = theta_max_deg;
   options.step_deg = std::max(0.1, theta_max_deg / 40);
   options.random_count = 20'000;
+  options.false_values = FalseValueSearch::kNone;
   const SlicedSource reference(whole);
   const SlicedSource test({cut, build_lattice(cut.frame).value()});
   return compare_sources(reference, test, options);

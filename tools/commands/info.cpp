@@ -189,6 +189,7 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
   }
   CompareOptions compare;
   compare.random_count = 100'000;
+  compare.false_values = FalseValueSearch::kNone;
   compare.symmetrise = !reference->traits().reciprocal;
   std::vector<LevelRow> rows;
   for (int level = 0; level <= deepest; ++level) {

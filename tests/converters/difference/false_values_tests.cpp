@@ -18,7 +18,13 @@ FalseValues find(const BrdfSource& reference, const DirectionPair& pair, const s
   std::vector<float> f(reference.channel_count());
   reference.evaluate(std::span(&pair, 1), f);
   FalseValues found;
-  find_false_values(reference, pair, f, r, found);
+  find_false_values(reference, pair, f, r, FalseValueSearch::kAll, found);
+  FalseValues far;
+  find_false_values(reference, pair, f, r, FalseValueSearch::kFar, far);
+  EXPECT_EQ(far.count, found.count);
+  EXPECT_EQ(far.worst_factor, found.worst_factor);
+  EXPECT_EQ(far.worst.channel, found.worst.channel);
+  EXPECT_EQ(far.strict_count(), 0U);
   return found;
 }
 
@@ -132,7 +138,12 @@ TEST(FalseValues, LeavesTheReferenceAloneWhereNothingDiffersMuch) {
   const FunctionSource counted([&](const auto&, std::size_t) { return ++evaluations, 1.0; }, {.channels = {"Y"}});
   FalseValues found;
   const std::vector<float> f = {1};
-  for (const float r : {0.7F, 1.0F, 1.4F}) find_false_values(counted, kPair, f, std::span(&r, 1), found);
+  const auto look = [&](float r, FalseValueSearch search) {
+    find_false_values(counted, kPair, f, std::span(&r, 1), search, found);
+  };
+  for (const float r : {0.7F, 1.0F, 1.4F}) look(r, FalseValueSearch::kAll);
+  for (const float r : {-2.9F, 0.1F, 2.9F}) look(r, FalseValueSearch::kFar);
+  look(100, FalseValueSearch::kNone);
   EXPECT_EQ(evaluations, 0);
   EXPECT_EQ(found.strict_count(), 0U);
 }
