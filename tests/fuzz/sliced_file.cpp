@@ -163,7 +163,8 @@ class Mutation {
         index.distributions.guide[below(2)] = static_cast<std::uint8_t>(below(113));
         break;
       case 1:
-        index.distributions.flag_depths = static_cast<std::uint32_t>(below(8));
+        // More than there may be can only stand in a file: changed bytes bring that about.
+        index.distributions.flag_depths = static_cast<std::uint32_t>(below(CodingContext::kFlagDepths + 1));
         index.distributions.flags_by_depth = below(2) == 0;
         index.distributions.flags[below(index.distributions.flags.size())] = static_cast<std::uint8_t>(below(256));
         break;
