@@ -8,7 +8,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr double kSlack = 0.1;     // of the range of the four samples around a gap
+constexpr double kSlack = 0.1;     // of the range of the four samples around a gap, beyond what is allowed anyway
 constexpr double kSteepest = 3.0;  // times the straight line: a cubic within that has no turning point
 
 /// The samples of a slice as its gaps see them: with what lies beyond the ends.
@@ -69,8 +69,34 @@ struct Surroundings {
     most = *std::max_element(samples.begin(), samples.end());
   }
 
-  [[nodiscard]] bool crest() const { return before > line && line > behind; }
-  [[nodiscard]] bool trough() const { return before < line && line < behind; }
+  struct Range {
+    Real least, most;
+    [[nodiscard]] Real nearest(Real value) const { return std::clamp(value, least, most); }
+  };
+  struct Ranges {
+    Range slope0, slope1;
+  };
+
+  // With slopes in these ranges the cubic leaves no more than the slack: with p = m_0 - line and q = line - m_1 it is
+  // s t w (s p + t q) above its line, so that kSlack of the range is reached by 4 kSlack range / w more on both slopes.
+  // Without that it stays between the values at its ends or, on a crest, below the lines on both sides, which are
+  // a t w and b s w above its own, a = before - line and b = line - behind: no less if p <= min(a, 2 b) and
+  // q <= min(b, 2 a). A trough is the same turned over. What two gaps allow at the sample between them always overlaps:
+  // in 0, or in one of their lines.
+  [[nodiscard]] Ranges ranges() const {
+    const Real from_behind = line + 2 * (line - behind);
+    const Real from_before = line - 2 * (before - line);
+    if (before > line && line > behind) {
+      return {around(line, std::max(Real(0), std::min(before, from_behind))),
+              around(line, std::min(Real(0), std::max(behind, from_before)))};
+    }
+    if (before < line && line < behind) {
+      return {around(line, std::min(Real(0), std::max(before, from_behind))),
+              around(line, std::max(Real(0), std::min(behind, from_before)))};
+    }
+    const Range rising = around(Real(0), static_cast<Real>(kSteepest) * line);
+    return {rising, rising};
+  }
 
   // Whether the cubic with these slopes leaves what is allowed anywhere. It is furthest out where its slope is zero.
   [[nodiscard]] bool leaves(Real slope0, Real slope1) const {
@@ -85,6 +111,11 @@ struct Surroundings {
   }
 
  private:
+  [[nodiscard]] Range around(Real a, Real b) const {
+    const Real more = static_cast<Real>(4 * kSlack) * (most - least) / width;
+    return {std::min(a, b) - more, std::max(a, b) + more};
+  }
+
   [[nodiscard]] bool beyond(Real t, Real slope0, Real slope1) const {
     if (!(t > 0 && t < 1)) return false;
     const Real d = line * width;
@@ -98,9 +129,23 @@ struct Surroundings {
   }
 };
 
+// Brings the slopes of every gap that leaves what is allowed into its ranges. A slope that was cut may let the gap on
+// its other side swing out, so that the rest is tried again; a gap that was cut once stays within its ranges.
 template <class Real>
-Real between(Real value, Real a, Real b) {
-  return std::clamp(value, std::min(a, b), std::max(a, b));
+void limit(const Gaps<Real>& gaps, std::vector<Real>& slopes) {
+  std::vector<bool> cut(gaps.size());
+  for (bool again = true; again;) {
+    again = false;
+    const std::vector<Real> tried = slopes;
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
+      const std::size_t next = (k + 1) % slopes.size();
+      const Surroundings<Real> here(gaps, k);
+      if (cut[k] || !here.leaves(tried[k], tried[next])) continue;
+      cut[k] = again = true;
+      slopes[k] = here.ranges().slope0.nearest(slopes[k]);
+      slopes[next] = here.ranges().slope1.nearest(slopes[next]);
+    }
+  }
 }
 
 }  // namespace
@@ -123,17 +168,8 @@ void slopes_within_limits(Boundary boundary, double length, std::span<const doub
       slopes.push_back(gaps.line(k - 1) + gaps.width(k - 1) * (second[(k - 1) * stride] + 2 * at) / 6);
     }
   }
-  std::vector<Real> limited = slopes;
-  for (std::size_t k = 0; k < gaps.size(); ++k) {
-    const Surroundings<Real> here(gaps, k);
-    const std::size_t next = (k + 1) % n;
-    if (!here.leaves(slopes[k], slopes[next])) continue;
-    const bool turns = here.crest() || here.trough();
-    const Real steepest = static_cast<Real>(kSteepest) * here.line;
-    limited[k] = between(limited[k], turns ? here.line : Real(0), turns ? here.before : steepest);
-    limited[next] = between(limited[next], turns ? here.line : Real(0), turns ? here.behind : steepest);
-  }
-  for (std::size_t k = 0; k < n; ++k) second[k * stride] = limited[k];
+  limit(gaps, slopes);
+  for (std::size_t k = 0; k < n; ++k) second[k * stride] = slopes[k];
 }
 
 template void slopes_within_limits(Boundary, double, std::span<const double>, const double*, double*, std::size_t);

@@ -14,9 +14,10 @@ namespace sbrdf::internal {
 /// The curve may leave the values at the two ends of a gap as far as the straight lines through the samples on either
 /// side allow, both of them: a crest whose slope falls all the way, or a trough, is left whole. To this comes a
 /// tenth of the range of the four samples around. Where the spline leaves more, the slopes at both ends of the gap
-/// are cut to what keeps the curve within it rising or falling: the sign of the gap's straight line, and at most
-/// three times as steep; where the crest or trough is real, to between the straight lines of the gap and of the one
-/// beside it. Other slopes stay those of the spline, so that smooth data lose nothing.
+/// are brought to the nearest that keep the curve within this, whatever the samples: about the sign of the gap's
+/// straight line and at most three times as steep, where the crest or trough is real what keeps it below the lines on
+/// both sides. That is tried again with the slopes found, until no gap leaves what it may. Other slopes stay those of
+/// the spline, so that smooth data lose nothing.
 ///
 /// `second[k * stride]` becomes the slope [value per degree] at positions[k].
 template <class Real>

@@ -40,8 +40,17 @@ class LimitedCurve {
       x.insert(x.begin(), before.first), y.insert(y.begin(), before.second);
       x.push_back(behind.first), y.push_back(behind.second);
     }
-    const std::vector<long double> free = slopes_;
-    for (std::size_t k = 0; k + 1 < positions_.size(); ++k) limit(&x[k], &y[k], free[k], free[(k + 1) % n], k);
+    std::vector<bool> failed(positions_.size() - 1);
+    while (true) {
+      const std::vector<long double> given = slopes_;
+      const std::vector<bool> failed_before = failed;
+      for (std::size_t k = 0; k < failed.size(); ++k) {
+        if (failed[k] || !leaves(&x[k], &y[k], given[k], given[(k + 1) % n])) continue;
+        failed[k] = true;
+        bring_into_ranges(&x[k], &y[k], slopes_[k], slopes_[(k + 1) % n]);
+      }
+      if (failed == failed_before) break;
+    }
   }
 
   long double operator()(long double at) const {
@@ -60,19 +69,19 @@ class LimitedCurve {
            t * t * (t - 1) * h * m1;
   }
 
-  /// x and y: the sample before the gap, its two ends, the sample behind it.
-  void limit(const long double* x, const long double* y, long double m0, long double m1, std::size_t k) {
+  /// x and y, here and below: the sample before the gap, its two ends, the sample behind it.
+  static bool leaves(const long double* x, const long double* y, long double m0, long double m1) {
     const auto line = [&](int j) { return (y[j + 1] - y[j]) / (x[j + 1] - x[j]); };
     const long double h = x[2] - x[1];
     const long double slack = (*std::max_element(y, y + 4) - *std::min_element(y, y + 4)) / 10;
-    bool leaves = false;
+    bool found = false;
     const auto look = [&](long double t) {
       if (!(t > 0 && t < 1)) return;
       const long double here = hermite(t, h, y[1], y[2], m0, m1);
       const long double left = y[1] + line(0) * t * h;
       const long double right = y[2] - line(2) * (1 - t) * h;
-      leaves = leaves || here > std::max({y[1], y[2], std::min(left, right)}) + slack ||
-               here < std::min({y[1], y[2], std::max(left, right)}) - slack;
+      found = found || here > std::max({y[1], y[2], std::min(left, right)}) + slack ||
+              here < std::min({y[1], y[2], std::max(left, right)}) - slack;
     };
     // Where the slope is 0: a t^2 + b t + c.
     const long double a = 3 * h * (m0 + m1) - 6 * (y[2] - y[1]);
@@ -83,14 +92,30 @@ class LimitedCurve {
     look((-b - root) / (2 * a));
     look(2 * c / (-b + root));  // the same two, where a is 0
     look(2 * c / (-b - root));
-    if (!leaves) return;
-    const auto cut = [](long double& slope, long double p, long double q) {
-      slope = std::clamp(slope, std::min(p, q), std::max(p, q));
-    };
-    const bool crest = line(0) > line(1) && line(1) > line(2);
-    const bool trough = line(0) < line(1) && line(1) < line(2);
-    cut(slopes_[k], crest || trough ? line(1) : 0, crest || trough ? line(0) : 3 * line(1));
-    cut(slopes_[(k + 1) % slopes_.size()], crest || trough ? line(1) : 0, crest || trough ? line(2) : 3 * line(1));
+    return found;
+  }
+
+  static void bring_into_ranges(const long double* x, const long double* y, long double& m0, long double& m1) {
+    const long double before = (y[1] - y[0]) / (x[1] - x[0]);
+    const long double d = (y[2] - y[1]) / (x[2] - x[1]);
+    const long double behind = (y[3] - y[2]) / (x[3] - x[2]);
+    long double low0 = 0, high0 = 3 * d, low1 = 0, high1 = 3 * d;
+    if (d < 0) std::swap(low0, high0), std::swap(low1, high1);
+    if (before > d && d > behind) {  // crest
+      low0 = d;
+      high0 = std::max(0.0L, std::min(before, 3 * d - 2 * behind));
+      low1 = std::min(0.0L, std::max(behind, 3 * d - 2 * before));
+      high1 = d;
+    }
+    if (before < d && d < behind) {  // trough
+      low0 = std::min(0.0L, std::max(before, 3 * d - 2 * behind));
+      high0 = d;
+      low1 = d;
+      high1 = std::max(0.0L, std::min(behind, 3 * d - 2 * before));
+    }
+    const long double beyond = 0.4L * (*std::max_element(y, y + 4) - *std::min_element(y, y + 4)) / (x[2] - x[1]);
+    m0 = std::max(low0 - beyond, std::min(m0, high0 + beyond));
+    m1 = std::max(low1 - beyond, std::min(m1, high1 + beyond));
   }
 
   std::vector<long double> positions_;
