@@ -188,7 +188,7 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
     reference = std::move(opened->source);
   }
   CompareOptions compare;
-  compare.random_count = 100'000;
+  compare.random_count = 20'000;
   compare.false_values = FalseValueSearch::kNone;
   compare.symmetrise = !reference->traits().reciprocal;
   std::vector<LevelRow> rows;
@@ -226,7 +226,7 @@ int run_levels(const InfoOptions& options) {
   }
   table.print();
   print("Errors against " + (options.against.empty() ? "the whole file" : one_line(options.against)) +
-        ", over 100,000 random pairs of the 2-degree grid.\n");
+        ", over 20,000 random pairs of the 2-degree grid.\n");
   return 0;
 }
 
