@@ -10,7 +10,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <random>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -26,13 +28,15 @@
 namespace sbrdf::internal {
 namespace {
 
-/// Both frames, both domains, negatives and zeros, guides, mirrors, isotropic and not.
+/// Both frames, both domains, negatives and zeros, shares of grey, guides, mirrors, isotropic and not.
 constexpr std::array kNames = {"elevation-crossings-only",
                                "elevation-isotropic-lossless",
                                "elevation-isotropic-odd-steps",
                                "elevation-linear",
                                "elevation-log-lossless",
                                "elevation-mirrors-zeros",
+                               "grey-shares",
+                               "grey-shares-guide",
                                "guide",
                                "guide-ratio",
                                "half-difference-isotropic-lossless",
@@ -180,6 +184,15 @@ TEST(GoldenValues, AreThoseOfTheEvaluator) {
   }
 }
 
+// f_c = w_c - share_c g with g = sum w / (C + sum share).
+void take_off(std::span<const float> shares, std::vector<long double>& w) {
+  if (shares.empty()) return;
+  const long double sum = std::accumulate(w.begin(), w.end(), 0.0L);
+  const long double grey =
+      sum / (static_cast<long double>(w.size()) + std::accumulate(shares.begin(), shares.end(), 0.0L));
+  for (std::size_t c = 0; c < w.size(); ++c) w[c] -= shares[c] * grey;
+}
+
 TEST(GoldenValues, AreThoseOfALiteralReadingOfTheEquations) {
   for (const std::string name : kNames) {
     const auto decoded = material(name);
@@ -187,9 +200,13 @@ TEST(GoldenValues, AreThoseOfALiteralReadingOfTheEquations) {
     const double most = largest(decoded.sliced);
     for (const Row& row : read_golden(name)) {
       const DirectionPair pair = pair_of(row.degrees);
+      std::vector<long double> values(row.values.size(), 0);
+      for (std::size_t c = 0; c < values.size() && above_horizon(pair); ++c) {
+        values[c] = literal(plain_coordinates(pair, decoded.lattice.spec.id), c).value;
+      }
+      take_off(decoded.sliced.grey_shares.shares(), values);
       for (std::size_t c = 0; c < row.values.size(); ++c) {
-        const long double expected =
-            above_horizon(pair) ? literal(plain_coordinates(pair, decoded.lattice.spec.id), c).value : 0.0L;
+        const long double expected = values[c];
         // Nine digits were written; both round places to double, in ways of their own.
         const double bound = 6e-9 * std::abs(row.values[c]) + 1e-9 * most;
         EXPECT_NEAR(static_cast<double>(expected), row.values[c], bound) << name << testing::PrintToString(row.degrees);
