@@ -96,7 +96,7 @@ std::vector<std::byte> grey_sliced() {
   const FunctionSource source([](const DirectionPair&, std::size_t) { return 0.25; }, {true, true, {"grey"}});
   MemorySink sink;
   Report report;
-  const Options options = Options().set("samples", "60").set("placement", "40/180");
+  const Options options = Options().set("samples", "60").set("placement", "40/180").set("values", "measured");
   EXPECT_TRUE(save_source(*find_writer(".sbrdf").value(), source, sink, options, report).ok());
   return std::move(sink).take();
 }
@@ -115,7 +115,7 @@ TEST(Convert, TakesWhatEvalPrints) {
     const ProgramRun eval = run_sbrdf({"eval", in}, {.input = "theta_i,phi_i,theta_v,phi_v\n10,0,20,30\n"});
     ASSERT_EQ(eval.exit_code, 0) << in << eval.err;
     const std::vector<std::vector<std::string>> outputs = {
-        {"convert", in, folder / "out.sbrdf", "--samples", "60", "--placement", "40/180"},
+        plainly({"convert", in, folder / "out.sbrdf", "--samples", "60", "--placement", "40/180"}),
         {"convert", in, folder / "out.binary", "--merl-shape", "6,6,6"}};
     for (const std::vector<std::string>& arguments : outputs) {
       const ProgramRun run = run_sbrdf(arguments);

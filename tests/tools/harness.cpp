@@ -256,6 +256,11 @@ std::vector<std::byte> small_sliced() {
   return read_bytes(SBRDF_SOURCE_DIR "/tests/vectors/sbrdf/accept/elevation-isotropic-odd-steps.sbrdf");
 }
 
+std::vector<std::string> plainly(std::vector<std::string> convert) {
+  convert.insert(convert.end(), {"--values", "measured", "--precision", "lossless"});
+  return convert;
+}
+
 void expect_failure(const ProgramRun& run, int exit_code, const std::string& subject, const std::string& fragment) {
   EXPECT_EQ(run.exit_code, exit_code) << run.err;
   EXPECT_THAT(run.err, testing::StartsWith("sbrdf: " + subject + ": "));

@@ -101,6 +101,9 @@ std::vector<std::byte> merl_bytes(std::array<std::int32_t, 3> shape, std::span<c
 std::vector<std::byte> small_merl();
 /// An isotropic sliced file of few samples.
 std::vector<std::byte> small_sliced();
+/// A `convert` that has nothing to choose and fits nothing, which takes most of the time: for files whose values are no
+/// concern of a test.
+std::vector<std::string> plainly(std::vector<std::string> convert);
 
 /// The program failed with this code and told it in one line that begins with "sbrdf: SUBJECT: " and has `fragment` in
 /// it.

@@ -124,13 +124,15 @@ TEST(Threads, ThatCannotBeMadeAreDoneWithout) {
   const RunOptions limited = {.without_privileges = true, .most_processes = 1};
   setenv("LSAN_OPTIONS", "detect_leaks=0", 1);  // the search for leaks needs a thread of its own
   setenv("ASAN_OPTIONS", "detect_leaks=0", 1);
-  const ProgramRun run =
-      run_sbrdf({"compare", "kurt:wood01", "kurt:fabric112", "--random", "20000", "--json"}, limited);
+  const ProgramRun run = run_sbrdf({"compare", "kurt:wood01", "kurt:fabric112", "--random", "9000", "--json"}, limited);
   if (run.exit_code == 97) GTEST_SKIP() << "the folder of the program is closed to the user nobody";
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const ProgramRun free = run_sbrdf({"compare", "kurt:wood01", "kurt:fabric112", "--random", "20000", "--json"});
+  const ProgramRun free = run_sbrdf({"compare", "kurt:wood01", "kurt:fabric112", "--random", "9000", "--json"});
   EXPECT_EQ(run.json()["mre_percent"], free.json()["mre_percent"]);
-  EXPECT_EQ(run_sbrdf({"convert", "kurt:wood01", folder / "a.sbrdf", "--placement", "20/60"}, limited).err, "");
+  EXPECT_EQ(
+      run_sbrdf({"convert", "kurt:wood01", folder / "a.sbrdf", "--placement", "40/90", "--samples", "300"}, limited)
+          .err,
+      "");
   unsetenv("LSAN_OPTIONS");
   unsetenv("ASAN_OPTIONS");
 }

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <map>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -22,14 +23,23 @@ using testing::IsEmpty;
 class Pack : public testing::Test {
  protected:
   Pack() {
+    static const std::map<std::string, std::string> made = make_materials();
     std::filesystem::create_directory(folder_);
+    for (const auto& [name, bytes] : made) write_bytes(file(name), bytes_of(bytes));
+    write_bytes(folder_ + "/readme.txt", bytes_of("not a material"));
+  }
+  [[nodiscard]] static std::map<std::string, std::string> make_materials() {
+    const ScratchFolder scratch;
+    std::map<std::string, std::string> made;
     int samples = 40;
     for (const char* name : {"wood", "fabric", "velvet"}) {
-      const auto run = run_sbrdf({"convert", "kurt:wood01", file(name), "--placement", "40/180", "--samples",
+      const std::string out = scratch / (std::string(name) + ".sbrdf");
+      const auto run = run_sbrdf({"convert", "kurt:wood01", out, "--placement", "40/180", "--samples",
                                   std::to_string(samples += 20), "--domain", "log", "--metadata", "full"});
       if (run.exit_code != 0) throw std::runtime_error(run.err);
+      made[name] = read_text(out);
     }
-    write_bytes(folder_ + "/readme.txt", bytes_of("not a material"));
+    return made;
   }
   [[nodiscard]] std::string file(const std::string& name) const { return folder_ + "/" + name + ".sbrdf"; }
   [[nodiscard]] ProgramRun pack(const std::vector<std::string>& more = {}) const {

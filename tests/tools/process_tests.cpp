@@ -151,8 +151,7 @@ TEST_P(Signals, EndTheProgramAtEveryMomentWithTheirCodeAndNothingHalfDone) {
     place_.clear();
     start = Clock::now();
     const ProgramRun done = run(SentSignal{signal, std::chrono::microseconds(static_cast<long>(1e6 * after))});
-    // `compare` may end before the signal comes, with what it has to say.
-    EXPECT_THAT(done.err, AnyOf("", "sbrdf: interrupted\n", testing::HasSubstr("warning: false values")));
+    EXPECT_THAT(done.err, AnyOf("", "sbrdf: interrupted\n"));
     if (!place_.outputs().empty()) {
       EXPECT_THAT(place_.outputs(), ElementsAre(testing::StartsWith("a.")));
       EXPECT_TRUE(output() == complete);
@@ -168,16 +167,15 @@ TEST_P(Signals, EndTheProgramAtEveryMomentWithTheirCodeAndNothingHalfDone) {
   EXPECT_EQ(stopped, kStops);
 }
 
-INSTANTIATE_TEST_SUITE_P(Tools, Signals,
-                         testing::Values(LongWork{"ConvertToSlices",
-                                                  {"convert", "kurt:Brushed alum", "OUT.sbrdf", "--placement", "14/36",
-                                                   "--samples", "20000"}},
-                                         LongWork{"ConvertToMerl", {"convert", "kurt:wood01", "OUT.binary"}},
-                                         LongWork{"Compare",
-                                                  {"compare", "kurt:wood01", "kurt:fabric112", "--random", "500000"}},
-                                         LongWork{"Eval", {"eval", "kurt:wood01"}, many_rows(200'000)},
-                                         LongWork{"Pack", {"pack", "DIR", "OUT.sbrdfz"}}),
-                         [](const auto& tested) { return tested.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Tools, Signals,
+    testing::Values(LongWork{"ConvertToSlices",
+                             {"convert", "kurt:Brushed alum", "OUT.sbrdf", "--placement", "28/60", "--samples", "500"}},
+                    LongWork{"ConvertToMerl", {"convert", "kurt:wood01", "OUT.binary"}},
+                    LongWork{"Compare", {"compare", "kurt:wood01", "kurt:wood01", "--random", "500000"}},
+                    LongWork{"Eval", {"eval", "kurt:wood01"}, many_rows(200'000)},
+                    LongWork{"Pack", {"pack", "DIR", "OUT.sbrdfz"}}),
+    [](const auto& tested) { return tested.param.name; });
 
 TEST(Signal, ASecondOneDoesNotWait) {
   const ScratchFolder folder;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -12,12 +13,19 @@ namespace {
 
 using testing::HasSubstr;
 
-/// fabric112, anisotropic, some hundred samples on several levels.
+/// fabric112, anisotropic, some hundred samples on several levels. Each is made once.
 std::string sampled(const ScratchFolder& folder, const std::vector<std::string>& more = {}) {
+  static std::map<std::vector<std::string>, std::string> made;
   std::string file = folder / "fabric112.sbrdf";
-  std::vector<std::string> command = {"convert", "kurt:fabric112", file, "--placement", "20/60", "--samples", "2000"};
-  command.insert(command.end(), more.begin(), more.end());
-  EXPECT_EQ(run_sbrdf(command).exit_code, 0);
+  auto [entry, is_new] = made.try_emplace(more);
+  if (is_new) {
+    std::vector<std::string> command = {"convert",   "kurt:fabric112", file,       "--placement", "20/60",
+                                        "--samples", "2000",           "--values", "measured"};
+    command.insert(command.end(), more.begin(), more.end());
+    EXPECT_EQ(run_sbrdf(command).exit_code, 0);
+    entry->second = read_text(file);
+  }
+  write_bytes(file, bytes_of(entry->second));
   return file;
 }
 
@@ -89,10 +97,10 @@ TEST(Precision, IsAsCoarseAsAddsATenthToTheErrorUnlessTold) {
 TEST(Precision, CountsTowardsATarget) {
   const ScratchFolder folder;
   const std::string file = folder / "a.sbrdf";
-  const ProgramRun run = run_sbrdf(
-      {"convert", "kurt:wood01", file, "--target-mre", "2", "--precision", "2%", "--placement", "14/36", "--json"});
+  const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", file, "--target-mre", "4", "--precision", "2%",
+                                    "--placement", "28/180", "--values", "measured", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_LE(run_sbrdf({"info", file, "--json"}).json()["metadata"]["error"]["mre_percent"], 2);
+  EXPECT_LE(run_sbrdf({"info", file, "--json"}).json()["metadata"]["error"]["mre_percent"], 4);
 }
 
 TEST(Precision, IsAMatterOfSlicedFiles) {
