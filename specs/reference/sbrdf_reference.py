@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Reference decoder of sliced BRDF files, written from specs/sbrdf.md and specs/conventions.md alone.
 
-usage: sbrdf_reference.py FILE [--values OUT.f32] [--positions OUT.u32]
+usage: sbrdf_reference.py FILE [--values OUT.f32] [--positions OUT.u32] [--eval PAIRS.csv]
 
-Prints what the file holds as JSON. Exit codes: 0 ok, 2 the file cannot be read, 3 refused, 4 unsupported; messages
-begin with the rule that is broken.
+Prints what the file holds as JSON, or with --eval what `sbrdf eval` prints (sbrdf_evaluation.py). Exit codes: 0 ok, 2
+the file cannot be read, 3 refused, 4 unsupported; messages begin with the rule that is broken.
   --values     little-endian float32: crossings by number, samples slice by slice, the guide's; channel fastest
   --positions  little-endian u32: number of samples of each slice, then interval and fraction of every sample, slice by
                slice, then those of the guide, its nodes (fraction 0) included; with a mask its frame, the cells along
                its axes, and the lengths of its runs
+  --eval       pairs of directions: CSV whose header begins with theta_i,phi_i,theta_v,phi_v, in degrees
 
 Slow and plain on purpose: whole numbers are Python's, f64 arithmetic is written out in the order that the page states.
 """
@@ -536,6 +537,8 @@ class Lattice:
         self.crossing_indices = []  # where a crossing is first met
         self.crossing_coordinates = []
         self.slices = []
+        self.crossing_numbers = {}  # of keys
+        self.slice_numbers = {}
         self.number_crossings()
         self.number_slices()
 
@@ -547,7 +550,7 @@ class Lattice:
                         yield k0, k1, k2, k3
 
     def number_crossings(self):
-        numbers = {}
+        numbers = self.crossing_numbers
         for indices in self.walk(self.sizes):
             point = Place([self.axes[axis][k] for axis, k in enumerate(indices)], [0] * 4)
             standing, key = self.symmetry.representative(point)
@@ -558,7 +561,7 @@ class Lattice:
             self.crossing_at[indices] = numbers[key]
 
     def number_slices(self):
-        numbers, points = {}, []
+        numbers, points = self.slice_numbers, []
         for axis in range(4):
             if self.sizes[axis] == 1:
                 continue
@@ -579,6 +582,11 @@ class Lattice:
                     points[numbers[key]].append((slope * p + start, crossing))
         for piece, met in zip(self.slices, points):
             piece.set_nodes(met)
+
+    def standing_for(self, offset, slope):
+        """What stands for a line or a point: its place, and the number of the slice or, if it does not move, crossing."""
+        standing, key = self.symmetry.representative(Place(offset, slope))
+        return standing, (self.crossing_numbers if standing.moving_axis() == 4 else self.slice_numbers)[key]
 
 
 # ---- 3. Chunks and their order ---------------------------------------------------------------------------------------
@@ -1266,15 +1274,31 @@ class Decoded:
         }
 
 
+def evaluate(decoded, lines, out):
+    """Rows of `sbrdf eval`: the lines of a CSV file, with the values of all channels appended."""
+    from sbrdf_evaluation import Evaluation  # pylint: disable=import-outside-toplevel
+    evaluation = Evaluation(decoded)
+    rows = [line.rstrip("\r\n") for line in lines]
+    print(rows[0], *decoded.index.channels, sep=",", file=out)
+    for row in rows[1:]:
+        f_r = evaluation.f_r(*map(float, row.split(",")[:4]))
+        print(row, *(f"{value:.9g}" for value in f_r), sep=",", file=out)
+
+
 def main():
     parser = argparse.ArgumentParser(description="Reference decoder of sliced BRDF files")
     parser.add_argument("file")
     parser.add_argument("--values", metavar="OUT", help="write all values, little-endian float32")
     parser.add_argument("--positions", metavar="OUT", help="write the places of all samples, little-endian u32")
+    parser.add_argument("--eval", metavar="PAIRS", help="evaluate pairs of directions, CSV in degrees")
     arguments = parser.parse_args()
     try:
         with open(arguments.file, "rb") as stream:
             decoded = Decoded(stream.read())
+        pairs = []
+        if arguments.eval:
+            with open(arguments.eval, encoding="utf-8") as stream:
+                pairs = stream.readlines()
     except OSError as error:
         print(error, file=sys.stderr)
         return 2
@@ -1285,7 +1309,10 @@ def main():
         if path:
             with open(path, "wb") as out:
                 out.write(content())
-    print(json.dumps(decoded.summary(), indent=1))
+    if arguments.eval:
+        evaluate(decoded, pairs, sys.stdout)
+    else:
+        print(json.dumps(decoded.summary(), indent=1))
     return 0
 
 
