@@ -37,7 +37,7 @@ FULL = (
     ("wood", "kurt:wood01", "--samples 600 --search-evaluations 20 --no-mirrors --precision lossless"),
     ("velvet", "kurt:Red velvet", "--samples 400 --refine measured --frame half-difference --search-evaluations 8"),
     ("silk", "vch_silk_blue_rgb.bsdf", "--samples 500 --search-evaluations 20"),
-    ("mint-with-shares", "chm_mint_rgb.bsdf", "--samples 500 --search-evaluations 20 --domain log"),
+    ("mint-guided-with-shares", "chm_mint_rgb.bsdf", "--samples 500 --search-evaluations 60"),
     ("malachite-split", "cc_green_malachite_rgb.bsdf", "--samples 900 --search-evaluations 12 --chunks split"),
     ("orange-linear", "chm_orange_rgb.bsdf", "--samples 400 --domain linear --search-evaluations 12"),
     ("felt-lossless", "acrylic_felt_green_rgb.bsdf", "--samples 200 --precision lossless --search-evaluations 12"),
