@@ -43,6 +43,7 @@ struct SamplingOptions {
   // kBySource
   double value_exponent =
       0.5;  ///< errors in the log domain weigh f^this: 0 for the mean relative error, 1 for the L1 error
+  std::uint64_t rounds_divisor = 8;  ///< each round places what is left divided by this
 };
 
 /// Places and measures samples along the slices until `sample_count` is reached. Deterministic. May end below when

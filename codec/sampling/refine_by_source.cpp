@@ -57,10 +57,10 @@ class RefineBySource final : public Sampler {
     return ok_status();
   }
 
-  // Each round places an eighth of what is left, so that later ones see the splines that earlier ones made.
+  // Each round places a part of what is left, so that later ones see the splines that earlier ones made.
   std::uint64_t target_after(int /*round*/, std::uint64_t adaptive) const override {
     const std::uint64_t left = adaptive - placed_;
-    return placed_ + std::min(left, std::max<std::uint64_t>(left / 8, 1 + adaptive / 100));
+    return placed_ + std::min(left, std::max<std::uint64_t>(left / options_.rounds_divisor, 1 + adaptive / 100));
   }
 
   // The middle probe of a gap is the new sample.

@@ -10,10 +10,10 @@
 
 namespace sbrdf::internal {
 
-/// Directions that no sample is placed by, with the source's values: what a structure is judged on. theta of both is
-/// uniform in [0, theta_max] and both azimuths are uniform, as on the paper's grid but between its nodes; pairs whose
-/// half vector is close to the normal are drawn more often, and weigh less in return, so that a highlight a degree wide
-/// is looked at densely.
+/// Directions that no sample is placed by, with the source's values: what a structure is judged on. Means over them are
+/// those of the uniform draw: theta of both uniform in [0, theta_max] and both azimuths uniform, as on the paper's grid
+/// but between its nodes. They come from HighlightDraw, and of these more are kept where the source is large, which
+/// weigh less in return, so that highlights are looked at densely, however narrow.
 struct HeldBack {
   std::vector<DirectionPair> pairs;
   std::vector<double> weights;  ///< sum to 1
@@ -26,18 +26,15 @@ struct HeldBackDraw {
   std::uint64_t seed = 1;
   bool isotropic = false;  ///< phi_v = 0
   double theta_max_deg = kPaperThetaMaxDeg;
-  /// Of many pairs, which are measured (1) and which are not (0): only the former are kept, so that fewer than `count`
-  /// come. Empty: all are.
+  /// Of many pairs, which are measured (1) and which are not (0): only the former are kept. Empty: all are.
   std::function<void(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags)> measured = {};
 };
-/// Deterministic for a seed. The errors of `measure`.
+/// About `count` pairs, fewer where most are not measured; the same for a seed. The errors of `measure`.
 [[nodiscard]] Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count,
                                               const Measure& measure);
 
-/// As many pairs, drawn by HighlightDraw: faster, and as dense around narrow highlights as around wide ones. For fits,
-/// which take many.
-[[nodiscard]] Result<HeldBack> draw_for_fit(const HeldBackDraw& draw, std::size_t channel_count,
-                                            const Measure& measure);
+/// Some of them, evenly picked: less to judge by at a glance.
+[[nodiscard]] HeldBack first_of(const HeldBack& held_back, std::size_t count);
 
 /// Of such values no relative error can be stated.
 [[nodiscard]] bool all_zero(const HeldBack& held_back);

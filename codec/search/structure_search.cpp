@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -18,8 +20,15 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr HeldBackError kInfiniteError = {kInfinite, kInfinite};
-constexpr double kLeastGain = 0.998;            // a move must bring the error below this times what it was
 constexpr std::uint64_t kFewestSearched = 500;  // samples; below, half of them say nothing about all
+constexpr std::size_t kGlanceCount = 2000;      // held-back directions that single moves are judged by
+constexpr std::uint64_t kRoundsDivisor = 4;     // of sampling: structures that are only tried are sampled faster
+
+// Of an error after a change over that before:
+constexpr double kLeastGain = 0.998;     // a change that is made must be below
+constexpr double kDullGain = 1.02;       // a move above is not tried again with so many samples
+constexpr double kWorthAnother = 0.99;   // after a round below, there is another
+constexpr double kHopeless = 1.25;       // a frame so many times worse than the other is given up
 
 std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);
@@ -30,110 +39,244 @@ std::string describe(const Structure& structure) {
   return text;
 }
 
-/// A search for one number of samples.
+HeldBackError worse_of(const HeldBackError& a, const HeldBackError& b) {
+  return {std::max(a.mre_percent, b.mre_percent), std::max(a.rel_l1_percent, b.rel_l1_percent)};
+}
+
+Structure in_other_domain(Structure structure) {
+  structure.domain = structure.domain == DomainKind::kLog ? DomainKind::kLinear : DomainKind::kLog;
+  return structure;
+}
+
+/// What tells a move of a round from others, and finds it again in the next one.
+using MoveKey = std::array<double, 4>;
+
+MoveKey key_of(const Move& move) {
+  MoveKey key = {static_cast<double>(move.part), move.first_deg, move.last_deg, -1};
+  if (move.part == kFloorPart) {
+    key[3] = move.to.floor_halvings;
+  } else if (move.part == kGuidePart) {
+    key[3] = move.to.guide_ratio.value_or(-1);
+  } else {
+    for (const double node : move.to.outline.lists[move.part]) {
+      if (node > move.first_deg && node < move.last_deg) key[3] = node;
+    }
+  }
+  return key;
+}
+
+/// The errors of a structure.
+struct Judged {
+  HeldBackError all = kInfiniteError;     ///< on all held-back directions
+  HeldBackError glance = kInfiniteError;  ///< on the few that moves are judged by
+};
+
+/// What a search has found for one frame. The frames do not know of each other, so that a search that is free to choose
+/// finds what it would find if it were told.
+struct Track {
+  Structure structure;
+  Judged error;
+  Standard standard;
+  std::map<MoveKey, double> gains;  ///< of moves that were looked at: the error after them over that before
+};
+
+double value_of(const Track& track) { return track.standard.value_of(track.error.all); }
+
 class Search {
  public:
   Search(const std::vector<std::string>& channels, const Measure& measure, const HeldBack& held_back,
          const SearchOptions& options)
-      : channels_(channels), measure_(measure), held_back_(held_back), options_(options) {
-    standard_.objective = options.objective;
-  }
+      : channels_(channels),
+        measure_(measure),
+        held_back_(held_back),
+        glance_(first_of(held_back, kGlanceCount)),
+        options_(options) {}
 
-  // `fewer`: what a search for fewer samples found.
-  Result<SearchResult> run(const std::optional<SearchResult>& fewer) {
-    std::vector<Structure> candidates = regular_starts(options_, options_.evaluations - (fewer ? 1 : 0));
-    if (fewer) candidates.push_back(fewer->structure);
-    if (candidates.empty()) return too_few();
-    const std::vector<HeldBackError> errors = try_all(candidates);
-    if (stopped_) return interrupted();
-    if (fewer) standard_.ceiling = worse_of(fewer->error, errors.back());
-    take_best(candidates, errors, kInfinite);
-    if (standard_.value_of(error_) == kInfinite) return why_all_fail(candidates.front());
-    report_starts(candidates, errors);
-    while (!stopped_ && !options_.starts_only && spent_ < options_.evaluations && improve()) {
+  Result<SearchResult> run() {
+    std::vector<std::uint64_t> counts = {options_.sampling.sample_count};
+    while (!options_.starts_only && counts.back() / 2 >= kFewestSearched) counts.push_back(counts.back() / 2);
+    total_ = std::accumulate(counts.begin(), counts.end(), 0.0);
+    for (; !counts.empty(); counts.pop_back()) {
+      samples_ = counts.back();
+      tried_ = 0;
+      const Status status = tracks_.empty() ? begin() : go_on();
+      for (Track& track : tracks_) improve_all(track);
+      if (stopped_) return io_error("interrupted");
+      if (!status && counts.size() == 1) return status.error();
+      drop_hopeless();
+      done_ += static_cast<double>(samples_);
     }
-    if (stopped_) return interrupted();
+    const Track& best = best_track();
     const std::string tried = std::to_string(tried_) + (tried_ == 1 ? " structure" : " structures");
-    reason(describe(structure_) + ", after " + tried + " tried with so many samples", standard_.value_of(error_));
-    return SearchResult{structure_, error_, std::move(reasons_)};
+    reason(describe(best.structure) + ", after " + tried + " tried with so many samples", value_of(best));
+    return SearchResult{best.structure, best.error.all, std::move(reasons_)};
   }
 
  private:
-  [[nodiscard]] Result<HeldBackError> error_of(const Structure& structure) const {
+  // Infinite for what does not fit the budget.
+  [[nodiscard]] Result<Judged> judge_structure(const Structure& structure, bool at_a_glance) const {
     const Result<Lattice> lattice = build_lattice(expand_outline(structure.outline));
     if (!lattice) return lattice.error();
-    if (!fits_budget(lattice->crossings.size(), options_.sampling.sample_count)) return kInfiniteError;
-    const Result<SlicedBrdf> sliced =
-        sample_slices(*lattice, channels_, measure_, sampling_for(structure, options_.sampling));
+    if (!fits_budget(lattice->crossings.size(), samples_)) return Judged();
+    SamplingOptions sampling = sampling_for(structure, options_.sampling);
+    sampling.sample_count = samples_;
+    sampling.rounds_divisor = kRoundsDivisor;
+    const Result<SlicedBrdf> sliced = sample_slices(*lattice, channels_, measure_, sampling);
     if (!sliced) return sliced.error();
-    return judge(Evaluator(*sliced, *lattice), held_back_);
+    const Evaluator evaluator(*sliced, *lattice);
+    Judged judged;
+    judged.glance = judge(evaluator, glance_);
+    if (!at_a_glance) judged.all = judge(evaluator, held_back_);
+    return judged;
   }
 
-  [[nodiscard]] static HeldBackError worse_of(const HeldBackError& a, const HeldBackError& b) {
-    return {std::max(a.mre_percent, b.mre_percent), std::max(a.rel_l1_percent, b.rel_l1_percent)};
+  std::vector<Judged> judge_all(const std::vector<Structure>& structures, bool at_a_glance) {
+    std::vector<Judged> judged(structures.size());
+    parallel_for(structures.size(), [&](std::size_t k) {
+      const Result<Judged> result = judge_structure(structures[k], at_a_glance);
+      if (result) judged[k] = *result;
+    });
+    report_progress();
+    return judged;
   }
 
-  // False where none is below the limit.
-  bool take_best(const std::vector<Structure>& candidates, const std::vector<HeldBackError>& errors, double limit) {
-    bool taken = false;
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-      if (standard_.value_of(errors[k]) >= limit) continue;
-      limit = standard_.value_of(errors[k]);
-      structure_ = candidates[k];
-      error_ = errors[k];
-      taken = true;
+  [[nodiscard]] double glance_value(const Judged& judged) const {
+    return objective_value(judged.glance, options_.objective);
+  }
+
+  // The best start of each frame.
+  Status begin() {
+    SearchOptions options = options_;
+    options.sampling.sample_count = samples_;
+    const std::vector<Structure> starts = regular_starts(options, options_.evaluations);
+    if (starts.empty()) {
+      return usage_error("too few samples for any structure: " + std::to_string(options_.sampling.sample_count));
     }
-    return taken;
+    const std::vector<Judged> judged = judge_all(starts, true);
+    tried_ += starts.size();
+    for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
+      double least = kInfinite;
+      const Structure* best = nullptr;
+      for (std::size_t k = 0; k < starts.size(); ++k) {
+        if (starts[k].outline.id != id || glance_value(judged[k]) >= least) continue;
+        least = glance_value(judged[k]);
+        best = &starts[k];
+      }
+      if (best == nullptr) continue;
+      reason("best start: " + describe(*best), least);
+      tracks_.push_back({*best, {}, {.objective = options_.objective}, {}});
+    }
+    judge_tracks();
+    std::erase_if(tracks_, [](const Track& track) { return value_of(track) == kInfinite; });
+    if (tracks_.empty()) return why_all_fail(starts.front());
+    drop_hopeless();
+    return ok_status();
   }
 
-  [[nodiscard]] static Error interrupted() { return io_error("interrupted"); }
-
-  [[nodiscard]] Error too_few() const {
-    return usage_error("too few samples for any structure: " + std::to_string(options_.sampling.sample_count));
+  // What was found with fewer samples, with more of them.
+  Status go_on() {
+    judge_tracks();
+    drop_hopeless();
+    return ok_status();
   }
 
-  // Of structures that all fit the budget.
+  // Takes the other domain where it is better. What was known of the errors before becomes the ceiling.
+  void judge_tracks() {
+    std::vector<Structure> structures;
+    for (const Track& track : tracks_) structures.push_back(track.structure);
+    const bool both = !options_.domain && tried_ + tracks_.size() <= options_.evaluations;
+    for (std::size_t k = 0; both && k < tracks_.size(); ++k) structures.push_back(in_other_domain(structures[k]));
+    const std::vector<Judged> judged = judge_all(structures, false);
+    if (both) tried_ += tracks_.size();
+    for (std::size_t k = 0; k < tracks_.size(); ++k) {
+      Track& track = tracks_[k];
+      track.standard.ceiling = worse_of(track.error.all, judged[k].all);
+      track.error = judged[k];
+      track.gains.clear();
+      if (both) take_if_better(track, structures[k + tracks_.size()], judged[k + tracks_.size()], value_of(track));
+    }
+  }
+
+  static bool take_if_better(Track& track, const Structure& structure, const Judged& judged, double limit) {
+    if (track.standard.value_of(judged.all) >= limit) return false;
+    track.structure = structure;
+    track.error = judged;
+    return true;
+  }
+
+  void improve_all(Track& track) {
+    const std::size_t before = tried_;
+    while (!stopped_ && !options_.starts_only && tried_ - before < options_.evaluations && improve(track)) {
+    }
+  }
+
+  // A round: looks at all moves at a glance, then makes the best, the two best, the four best ... together. False
+  // where another would hardly be worth it.
+  bool improve(Track& track) {
+    std::vector<Move> moves = moves_from(track.structure, options_);
+    std::erase_if(moves, [&](const Move& move) {
+      const auto known = track.gains.find(key_of(move));
+      return known != track.gains.end() && known->second > kDullGain;
+    });
+    std::vector<Structure> structures;
+    for (const Move& move : moves) structures.push_back(move.to);
+    std::vector<double> gains;
+    for (const Judged& judged : judge_all(structures, true)) {
+      gains.push_back(glance_value(judged) / glance_value(track.error));
+    }
+    for (std::size_t k = 0; k < moves.size(); ++k) track.gains[key_of(moves[k])] = gains[k];
+    tried_ += moves.size();
+    const std::vector<Structure> bundles = bundles_of(track.structure, moves, gains);
+    if (stopped_ || bundles.empty()) return false;
+    const std::vector<Judged> judged = judge_all(bundles, false);
+    tried_ += bundles.size();
+    const double before = value_of(track);
+    double limit = kLeastGain * before;
+    for (std::size_t k = 0; k < bundles.size(); ++k) {
+      if (take_if_better(track, bundles[k], judged[k], limit)) limit = value_of(track);
+    }
+    return value_of(track) < kWorthAnother * before;
+  }
+
+  [[nodiscard]] static std::vector<Structure> bundles_of(const Structure& from, const std::vector<Move>& moves,
+                                                         const std::vector<double>& gains) {
+    std::vector<std::size_t> order(moves.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::erase_if(order, [&](std::size_t k) { return !(gains[k] < kLeastGain); });
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return gains[k]; });
+    std::vector<Move> chosen;
+    std::vector<Structure> bundles;
+    for (const std::size_t k : order) {
+      if (!std::ranges::all_of(chosen, [&](const Move& other) { return are_apart(moves[k], other); })) continue;
+      chosen.push_back(moves[k]);
+      if (std::has_single_bit(chosen.size())) bundles.push_back(with_moves(from, chosen));
+    }
+    if (!std::has_single_bit(chosen.size()) && !chosen.empty()) bundles.push_back(with_moves(from, chosen));
+    return bundles;
+  }
+
+  [[nodiscard]] const Track& best_track() const { return *std::ranges::min_element(tracks_, {}, value_of); }
+
+  void drop_hopeless() {
+    if (tracks_.empty()) return;
+    const double limit = kHopeless * value_of(best_track());
+    std::erase_if(tracks_, [&](const Track& track) { return value_of(track) > limit; });
+  }
+
+  // Of a structure that fits the budget.
   [[nodiscard]] Error why_all_fail(const Structure& structure) const {
-    const Result<HeldBackError> error = error_of(structure);
+    const Result<Judged> error = judge_structure(structure, true);
     if (!error) return error.error();
     const std::string zero = all_zero(held_back_) ? ", where all values are zero" : "";
     return unsupported("every structure tried has an infinite error on the " + std::to_string(held_back_.pairs.size()) +
                        " held-back directions" + zero + ": there is nothing to choose one by");
   }
 
-  std::vector<HeldBackError> try_all(const std::vector<Structure>& candidates) {
-    std::vector<HeldBackError> errors(candidates.size(), kInfiniteError);
-    parallel_for(candidates.size(), [&](std::size_t k) {
-      const Result<HeldBackError> error = error_of(candidates[k]);
-      if (error) errors[k] = *error;
-    });
-    tried_ += candidates.size();
-    spent_ += candidates.size();
-    const double done = static_cast<double>(spent_) / static_cast<double>(std::max(options_.evaluations, spent_));
-    if (options_.progress && !options_.progress(done)) stopped_ = true;
-    return errors;
-  }
-
-  bool improve() {
-    const Moves moves = moves_from(structure_, options_);
-    const double limit = kLeastGain * standard_.value_of(error_);
-    const bool better = take_best(moves.structures, try_all(moves.structures), limit);
-    spent_ += moves.known;
-    return better;
-  }
-
-  // The best of each frame.
-  void report_starts(const std::vector<Structure>& starts, const std::vector<HeldBackError>& errors) {
-    for (const FrameId id : {FrameId::kElevation, FrameId::kHalfDifference}) {
-      double least = kInfinite;
-      const Structure* best = nullptr;
-      for (std::size_t k = 0; k < starts.size(); ++k) {
-        if (starts[k].outline.id != id || standard_.value_of(errors[k]) >= least) continue;
-        least = standard_.value_of(errors[k]);
-        best = &starts[k];
-      }
-      if (best != nullptr) reason("best start: " + describe(*best), least);
-    }
+  void report_progress() {
+    if (!options_.progress || stopped_) return;
+    const double all = static_cast<double>(options_.evaluations * std::max<std::size_t>(1, tracks_.size()));
+    const double here = std::min(1.0, static_cast<double>(tried_) / all);
+    stopped_ = !options_.progress((done_ + here * static_cast<double>(samples_)) / total_);
   }
 
   void reason(const std::string& what, double error) {
@@ -145,12 +288,13 @@ class Search {
   const std::vector<std::string>& channels_;
   const Measure& measure_;
   const HeldBack& held_back_;
+  const HeldBack glance_;
   const SearchOptions& options_;
-  Standard standard_;
-  Structure structure_;
-  HeldBackError error_ = kInfiniteError;
-  std::size_t tried_ = 0;
-  std::size_t spent_ = 0;  // of the evaluations: those tried, and moves that lead nowhere
+  std::vector<Track> tracks_;
+  std::uint64_t samples_ = 0;  ///< for which structures are tried just now
+  std::size_t tried_ = 0;      ///< structures with so many samples
+  double done_ = 0;            ///< sum of the numbers of samples that are searched for
+  double total_ = 1;
   bool stopped_ = false;
   std::vector<std::string> reasons_;
 };
@@ -186,27 +330,9 @@ SamplingOptions sampling_for(const Structure& structure, SamplingOptions options
 
 Result<SearchResult> search_structure(const std::vector<std::string>& channels, const Measure& measure,
                                       const HeldBack& held_back, const SearchOptions& options) {
-  std::vector<std::uint64_t> counts = {options.sampling.sample_count};
-  while (!options.starts_only && counts.back() / 2 >= kFewestSearched) counts.push_back(counts.back() / 2);
-  const double total = std::accumulate(counts.begin(), counts.end(), 0.0);
-  double done = 0;
-  bool stopped = false;
   ValueCache cache(measure, channels.size());
   const Measure cached = [&](auto pairs, auto values) { return cache.measure(pairs, values); };
-  std::optional<SearchResult> fewer;
-  for (;; counts.pop_back()) {
-    const double share = static_cast<double>(counts.back()) / total;
-    SearchOptions step = options;
-    step.sampling.sample_count = counts.back();
-    step.progress = [&](double fraction) {
-      stopped = stopped || (options.progress && !options.progress(done + share * fraction));
-      return !stopped;
-    };
-    Result<SearchResult> found = Search(channels, cached, held_back, step).run(fewer);
-    if (stopped || counts.size() == 1) return found;
-    if (found) fewer = std::move(found).value();
-    done += share;
-  }
+  return Search(channels, cached, held_back, options).run();
 }
 
 }  // namespace sbrdf::internal

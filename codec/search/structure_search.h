@@ -50,8 +50,8 @@ struct SearchOptions {
   Objective objective = Objective::kBoth;
   SamplingOptions sampling;  ///< count, refinement and minimum gap; the rest comes from the structure
   /// How many structures are tried for each number of samples, 1 or more (with 1, the densest start for the fewest
-  /// samples is kept): no more starts than this, and rounds of moves (some fifty each) for as long as fewer were tried;
-  /// a round is finished. Moves that lead to where a round began are not tried, but count.
+  /// samples is kept): no more starts than this, and rounds of moves (some fifty each) of each frame for as long as it
+  /// tried fewer; a round is finished.
   std::size_t evaluations = 200;
   bool starts_only = false;  ///< no moves
   /// Called between rounds with the fraction done; false asks to stop.
@@ -64,11 +64,12 @@ struct SearchResult {
   std::vector<std::string> reasons;  ///< for people: what was tried and how far it came, a line each
 };
 
-/// Finds the structure with the least error on `held_back` within the sample budget: starts of both frames, then moves
-/// from the best (a node more, less, or elsewhere; another domain, floor or guide) for as long as one helps. First for
-/// an eighth of the samples, say, then a quarter, half and all of them, where what was found before is one more start,
-/// and Objective::kBoth takes no structure that is worse by either error than that one is with fewer samples or with as
-/// many: so errors hardly ever grow with more samples.
+/// Finds the structure with the least error on `held_back` within the sample budget. Each frame goes its own way: the
+/// best of regular starts, in the better domain, then rounds of moves (a node more, less or elsewhere; another floor or
+/// guide). A round looks at all moves on a few of the directions and makes those together that help most. First for an
+/// eighth of the samples, say, then a quarter, half and all of them, where what was found before is the start, and
+/// Objective::kBoth takes no structure that is worse by either error than that one is with fewer samples or with as
+/// many: so errors hardly ever grow with more samples. A frame that is far behind the other is given up.
 /// `measure` is called from several threads at once. The same result for any number of threads. kUsage where no
 /// structure fits the budget, kUnsupported where all errors are infinite.
 [[nodiscard]] Result<SearchResult> search_structure(const std::vector<std::string>& channels, const Measure& measure,

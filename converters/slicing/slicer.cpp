@@ -194,7 +194,7 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
 
 Status Slicer::fit(Slicing& slicing) const {
   const HeldBackDraw wanted = draw_of(kFitSeed, fit_directions(slicing.sliced.sample_count()));
-  const Result<HeldBack> directions = draw_for_fit(wanted, source_.channel_count(), [&](auto pairs, auto values) {
+  const Result<HeldBack> directions = draw_held_back(wanted, source_.channel_count(), [&](auto pairs, auto values) {
     return evaluate_checked_in_parallel(*measured_, pairs, values);
   });
   if (!directions) return directions.error();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,42 +44,89 @@ bool same(const Structure& a, const Structure& b) {
          a.floor_halvings == b.floor_halvings && a.guide_ratio == b.guide_ratio && a.value_exponent == b.value_exponent;
 }
 
+// Starts of both frames, with each floor, with and without a guide.
+std::vector<Structure> some_structures(const SearchOptions& options) {
+  std::vector<Structure> structures;
+  for (const Structure& start : regular_starts(options, 100)) {
+    for (const int halvings : {2, 5, 10}) {
+      for (const std::optional<double> ratio : {std::optional<double>{}, std::optional<double>{1}}) {
+        structures.push_back(start);
+        structures.back().floor_halvings = halvings;
+        structures.back().guide_ratio = ratio;
+      }
+    }
+  }
+  return structures;
+}
+
 TEST(Moves, NeverLeadToWhereTheyBeganNorTwiceToTheSamePlace) {
   for (const bool isotropic : {false, true}) {
     SearchOptions options;
     options.symmetries.isotropic = isotropic;
     options.sampling.sample_count = 3000;
-    for (const Structure& start : regular_starts(options, 100)) {
-      for (const int halvings : {2, 5, 10}) {
-        for (const std::optional<double> ratio : {std::optional<double>{}, std::optional<double>{1}}) {
-          Structure from = start;
-          from.floor_halvings = halvings;
-          from.guide_ratio = ratio;
-          const Moves moves = moves_from(from, options);
-          // The present floor and, where there may be one, the present guide.
-          EXPECT_EQ(moves.known, from.outline.id == FrameId::kHalfDifference ? 2U : 1U);
-          for (std::size_t k = 0; k < moves.structures.size(); ++k) {
-            EXPECT_FALSE(same(moves.structures[k], from));
-            for (std::size_t other = 0; other < k; ++other) {
-              EXPECT_FALSE(same(moves.structures[k], moves.structures[other]));
-            }
-          }
-        }
+    for (const Structure& from : some_structures(options)) {
+      const std::vector<Move> moves = moves_from(from, options);
+      for (std::size_t k = 0; k < moves.size(); ++k) {
+        EXPECT_FALSE(same(moves[k].to, from));
+        EXPECT_EQ(moves[k].to.domain, from.domain);
+        for (std::size_t other = 0; other < k; ++other) EXPECT_FALSE(same(moves[k].to, moves[other].to));
       }
     }
   }
 }
 
-TEST(Moves, KeepToTheDomainThatWasAskedFor) {
+TEST(Moves, MadeAloneLeadWhereTheySay) {
   SearchOptions options;
   options.sampling.sample_count = 1000;
-  const Structure start = regular_starts(options, 1).front();
-  const auto changes_domain = [&](const Structure& move) { return move.domain != start.domain; };
-  const Moves open = moves_from(start, options);
-  EXPECT_EQ(std::count_if(open.structures.begin(), open.structures.end(), changes_domain), 1);
-  options.domain = start.domain;
-  const Moves fixed = moves_from(start, options);
-  EXPECT_EQ(std::count_if(fixed.structures.begin(), fixed.structures.end(), changes_domain), 0);
+  for (const Structure& from : some_structures(options)) {
+    for (const Move& move : moves_from(from, options)) {
+      EXPECT_TRUE(same(with_moves(from, std::span(&move, 1)), move.to));
+    }
+  }
+}
+
+TEST(Moves, ThatAreApartCanBeMadeInAnyOrder) {
+  SearchOptions options;
+  options.sampling.sample_count = 1000;
+  std::size_t apart = 0;
+  for (const Structure& from : some_structures(options)) {
+    const std::vector<Move> moves = moves_from(from, options);
+    for (std::size_t k = 0; k + 1 < moves.size(); ++k) {
+      const Move& a = moves[k];
+      const Move& b = moves[(k + moves.size() / 3) % moves.size()];
+      EXPECT_FALSE(are_apart(a, a));
+      EXPECT_EQ(are_apart(a, b), are_apart(b, a));
+      if (!are_apart(a, b)) continue;
+      ++apart;
+      const std::vector<Move> there = {a, b};
+      const std::vector<Move> back = {b, a};
+      const Structure both = with_moves(from, there);
+      EXPECT_TRUE(same(both, with_moves(from, back)));
+      EXPECT_FALSE(same(both, a.to));
+      EXPECT_FALSE(same(both, b.to));
+      for (const std::vector<double>& list : both.outline.lists) EXPECT_TRUE(std::ranges::is_sorted(list));
+    }
+  }
+  EXPECT_GT(apart, 1000U);
+}
+
+TEST(Moves, OfOneAxisThatShareANodeAreNotApart) {
+  Structure from;
+  from.outline = {FrameId::kHalfDifference, {.isotropic = true}, {{{0}, {0, 90}, {0, 40, 80}, {0, 10, 30, 60, 80}}}};
+  const std::vector<Move> moves = moves_from(from, {.symmetries = {.isotropic = true}});
+  const auto move_to = [&](const std::vector<double>& theta_h) {
+    return *std::ranges::find_if(moves, [&](const Move& move) { return move.to.outline.lists[kVertical] == theta_h; });
+  };
+  const Move insert_5 = move_to({0, 5, 10, 30, 60, 80});
+  const Move insert_20 = move_to({0, 10, 20, 30, 60, 80});
+  const Move erase_10 = move_to({0, 30, 60, 80});
+  const Move erase_60 = move_to({0, 10, 30, 80});
+  EXPECT_TRUE(are_apart(insert_5, insert_20));
+  EXPECT_FALSE(are_apart(insert_20, erase_10));
+  EXPECT_FALSE(are_apart(insert_5, erase_10));
+  EXPECT_TRUE(are_apart(erase_10, erase_60));
+  const std::vector<Move> three = {erase_60, insert_20, insert_5};
+  EXPECT_EQ(with_moves(from, three).outline.lists[kVertical], (std::vector<double>{0, 5, 10, 20, 30, 80}));
 }
 
 TEST(RegularStarts, EndAtThetaMax) {
@@ -99,34 +147,71 @@ TEST(RegularStarts, EndAtThetaMax) {
   }
 }
 
-// By the share of the draws that were measured; the weights still add up to the whole.
+const Measure kElevation = [](std::span<const DirectionPair> pairs, std::span<float> values) {
+  for (std::size_t k = 0; k < pairs.size(); ++k) values[k] = static_cast<float>(pairs[k].i.theta);
+  return ok_status();
+};
+
 TEST(HeldBack, LeavesOutWhatWasNotMeasuredAndGoesUpToThetaMax) {
-  const Measure measure = [](auto pairs, auto values) {
-    for (std::size_t k = 0; k < pairs.size(); ++k) values[k] = static_cast<float>(pairs[k].i.theta);
-    return ok_status();
-  };
-  HeldBackDraw draw = {.count = 2000, .theta_max_deg = 60};
-  const HeldBack all = draw_held_back(draw, 1, measure).value();
   const double limit = radians_from_degrees(60);
   const auto is_measured = [&](const DirectionPair& pair) { return pair.i.theta < limit / 2; };
+  HeldBackDraw draw = {.count = 2000, .theta_max_deg = 60};
   draw.measured = [&](std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) {
     for (std::size_t k = 0; k < pairs.size(); ++k) flags[k] = is_measured(pairs[k]) ? 1 : 0;
   };
-  const HeldBack some = draw_held_back(draw, 1, measure).value();
-  double greatest = 0;
-  double share = 0;
-  std::vector<float> expected;
-  for (std::size_t k = 0; k < all.pairs.size(); ++k) {
-    greatest = std::max({greatest, all.pairs[k].i.theta, all.pairs[k].v.theta});
-    if (!is_measured(all.pairs[k])) continue;
-    share += all.weights[k];
-    expected.push_back(all.values[k]);
+  const HeldBack held_back = draw_held_back(draw, 1, kElevation).value();
+  EXPECT_TRUE(std::ranges::all_of(held_back.pairs, is_measured));
+  EXPECT_NEAR(static_cast<double>(held_back.pairs.size()), 2000, 20);
+  EXPECT_EQ(held_back.values.size(), held_back.pairs.size());
+  for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
+    EXPECT_EQ(held_back.values[k], static_cast<float>(held_back.pairs[k].i.theta));
+    EXPECT_LE(held_back.pairs[k].v.theta, limit);
   }
-  EXPECT_LE(greatest, limit);
-  EXPECT_GT(greatest, 0.98 * limit);
-  EXPECT_EQ(some.values, expected);
-  EXPECT_NEAR(share, 0.5, 0.05);
-  EXPECT_NEAR(std::accumulate(some.weights.begin(), some.weights.end(), 0.0), 1, 1e-12);
+  EXPECT_NEAR(std::accumulate(held_back.weights.begin(), held_back.weights.end(), 0.0), 1, 1e-12);
+}
+
+// Also where the source is far larger in some places than in others, which are then drawn more often.
+TEST(HeldBack, HasTheMeansOfTheUniformDraw) {
+  for (const double exponent : {0.0, 1.0, 4.0}) {
+    const Measure measure = [&](std::span<const DirectionPair> pairs, std::span<float> values) {
+      for (std::size_t k = 0; k < pairs.size(); ++k) {
+        values[k] = static_cast<float>(std::pow(std::cos(pairs[k].v.theta), exponent));
+      }
+      return ok_status();
+    };
+    const HeldBack held_back = draw_held_back({.count = 40'000}, 1, measure).value();
+    std::vector<double> means(4);
+    for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
+      const DirectionPair& pair = held_back.pairs[k];
+      means[0] += held_back.weights[k] * degrees_from_radians(pair.i.theta) / 80;
+      means[1] += held_back.weights[k] * degrees_from_radians(pair.v.theta) / 80;
+      means[2] += held_back.weights[k] * std::pow(std::sin(pair.i.phi), 2);
+      means[3] += held_back.weights[k] * std::pow(std::sin(pair.i.phi - pair.v.phi), 2);
+    }
+    for (const double mean : means) EXPECT_NEAR(mean, 0.5, 0.012) << exponent;
+  }
+}
+
+// In a uniform draw one pair of a million would lie within.
+TEST(HeldBack, SeesAHighlightAFiftiethOfADegreeWide) {
+  const double width = radians_from_degrees(0.02);
+  const auto inside = [&](const DirectionPair& pair) { return half_difference_from_pair(pair).theta_h < width; };
+  const Measure measure = [&](std::span<const DirectionPair> pairs, std::span<float> values) {
+    for (std::size_t k = 0; k < pairs.size(); ++k) values[k] = inside(pairs[k]) ? 1e6F : 1;
+    return ok_status();
+  };
+  const HeldBack held_back = draw_held_back({.count = 12'000}, 1, measure).value();
+  EXPECT_GT(std::ranges::count_if(held_back.pairs, inside), 200);
+}
+
+TEST(HeldBack, AtAGlanceIsAnEvenPart) {
+  const HeldBack all = draw_held_back({.count = 5000}, 1, kElevation).value();
+  const HeldBack few = first_of(all, 1000);
+  EXPECT_EQ(few.pairs.size(), 1000U);
+  EXPECT_EQ(few.values.size(), 1000U);
+  EXPECT_NEAR(std::accumulate(few.weights.begin(), few.weights.end(), 0.0), 1, 1e-12);
+  EXPECT_NEAR(mre_floor(few), mre_floor(all), 0.05 * mre_floor(all));
+  EXPECT_EQ(first_of(all, 10'000).pairs.size(), all.pairs.size());
 }
 
 TEST(RegularStarts, FitTheBudgetAndAreNoMoreThanAskedFor) {
