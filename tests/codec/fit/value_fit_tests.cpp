@@ -11,7 +11,7 @@
 namespace sbrdf::internal {
 namespace {
 HeldBack directions_of(const TestFunction& function, std::size_t count, std::uint64_t seed) {
-  return draw_for_fit({.count = count, .seed = seed}, 1, measure_of(function, 1)).value();
+  return draw_held_back({.count = count, .seed = seed}, 1, measure_of(function, 1)).value();
 }
 
 TEST(ValueFit, MovesValuesSoThatTheErrorBetweenThemIsLess) {
