@@ -113,7 +113,9 @@ TEST(Moves, ThatAreApartCanBeMadeInAnyOrder) {
 TEST(Moves, OfOneAxisThatShareANodeAreNotApart) {
   Structure from;
   from.outline = {FrameId::kHalfDifference, {.isotropic = true}, {{{0}, {0, 90}, {0, 40, 80}, {0, 10, 30, 60, 80}}}};
-  const std::vector<Move> moves = moves_from(from, {.symmetries = {.isotropic = true}});
+  SearchOptions options;
+  options.symmetries.isotropic = true;
+  const std::vector<Move> moves = moves_from(from, options);
   const auto move_to = [&](const std::vector<double>& theta_h) {
     return *std::ranges::find_if(moves, [&](const Move& move) { return move.to.outline.lists[kVertical] == theta_h; });
   };
@@ -161,7 +163,8 @@ TEST(HeldBack, LeavesOutWhatWasNotMeasuredAndGoesUpToThetaMax) {
   };
   const HeldBack held_back = draw_held_back(draw, 1, kElevation).value();
   EXPECT_TRUE(std::ranges::all_of(held_back.pairs, is_measured));
-  EXPECT_NEAR(static_cast<double>(held_back.pairs.size()), 2000, 20);
+  EXPECT_GE(held_back.pairs.size(), 1600U);  // of 4,000, some are certain to be kept
+  EXPECT_LE(held_back.pairs.size(), 2000U);
   EXPECT_EQ(held_back.values.size(), held_back.pairs.size());
   for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
     EXPECT_EQ(held_back.values[k], static_cast<float>(held_back.pairs[k].i.theta));
