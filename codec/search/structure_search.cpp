@@ -77,6 +77,7 @@ struct Track {
   Structure structure;
   Judged error;
   Standard standard;
+  std::size_t tried = 0;            ///< structures with so many samples, starts of both frames among them
   std::map<MoveKey, double> gains;  ///< of moves that were looked at: the error after them over that before
 };
 
@@ -164,7 +165,7 @@ class Search {
       }
       if (best == nullptr) continue;
       reason("best start: " + describe(*best), least);
-      tracks_.push_back({*best, {}, {.objective = options_.objective}, {}});
+      tracks_.push_back({*best, {}, {.objective = options_.objective}, starts.size(), {}});
     }
     judge_tracks();
     std::erase_if(tracks_, [](const Track& track) { return value_of(track) == kInfinite; });
@@ -175,6 +176,8 @@ class Search {
 
   // What was found with fewer samples, with more of them.
   Status go_on() {
+    for (Track& track : tracks_) track.tried = 1;
+    tried_ = tracks_.size();
     judge_tracks();
     drop_hopeless();
     return ok_status();
@@ -184,16 +187,17 @@ class Search {
   void judge_tracks() {
     std::vector<Structure> structures;
     for (const Track& track : tracks_) structures.push_back(track.structure);
-    const bool both = !options_.domain && tried_ + tracks_.size() <= options_.evaluations;
+    const bool both = !options_.domain && tried_ < options_.evaluations;
     for (std::size_t k = 0; both && k < tracks_.size(); ++k) structures.push_back(in_other_domain(structures[k]));
     const std::vector<Judged> judged = judge_all(structures, false);
-    if (both) tried_ += tracks_.size();
     for (std::size_t k = 0; k < tracks_.size(); ++k) {
       Track& track = tracks_[k];
       track.standard.ceiling = worse_of(track.error.all, judged[k].all);
       track.error = judged[k];
       track.gains.clear();
-      if (both) take_if_better(track, structures[k + tracks_.size()], judged[k + tracks_.size()], value_of(track));
+      if (!both) continue;
+      count_tried(track, 1);
+      take_if_better(track, structures[k + tracks_.size()], judged[k + tracks_.size()], value_of(track));
     }
   }
 
@@ -204,9 +208,13 @@ class Search {
     return true;
   }
 
+  void count_tried(Track& track, std::size_t count) {
+    track.tried += count;
+    tried_ += count;
+  }
+
   void improve_all(Track& track) {
-    const std::size_t before = tried_;
-    while (!stopped_ && !options_.starts_only && tried_ - before < options_.evaluations && improve(track)) {
+    while (!stopped_ && !options_.starts_only && track.tried < options_.evaluations && improve(track)) {
     }
   }
 
@@ -225,11 +233,11 @@ class Search {
       gains.push_back(glance_value(judged) / glance_value(track.error));
     }
     for (std::size_t k = 0; k < moves.size(); ++k) track.gains[key_of(moves[k])] = gains[k];
-    tried_ += moves.size();
+    count_tried(track, moves.size());
     const std::vector<Structure> bundles = bundles_of(track.structure, moves, gains);
     if (stopped_ || bundles.empty()) return false;
     const std::vector<Judged> judged = judge_all(bundles, false);
-    tried_ += bundles.size();
+    count_tried(track, bundles.size());
     const double before = value_of(track);
     double limit = kLeastGain * before;
     for (std::size_t k = 0; k < bundles.size(); ++k) {

@@ -93,7 +93,7 @@ TEST(Convert, IsQuietOnStandardErrorInAPipe) {
 /// A lobe so sharp that all held-back directions miss it.
 std::string sharp_lobe(const ScratchFolder& folder) {
   write_bytes(folder / "sharp.json", bytes_of(R"({"name": "sharp", "k_d": [0, 0, 0], "lobes":
-      [{"k_s": [1, 1, 1], "f_0": 0.5, "m_x": 1e-6, "m_y": 1e-6, "alpha": 0}]})"));
+      [{"k_s": [1, 1, 1], "f_0": 0.5, "m_x": 1e-10, "m_y": 1e-10, "alpha": 0}]})"));
   return "kurt:" + (folder / "sharp.json");
 }
 
