@@ -33,6 +33,9 @@ class RefineBySource final : public Sampler {
   using Rows = std::vector<double>;
 
   Status start() override {
+    for (std::size_t c = 0; c < channels_ && sliced_.domain.kind == DomainKind::kLog; ++c) {
+      floors_.push_back(sliced_.domain.floor(c));
+    }
     std::vector<Coordinates> places;
     for (std::uint32_t k = 0; k < slices_.size(); ++k) {
       volume_.push_back(volume_served(lattice_.slices[k]));
@@ -205,7 +208,7 @@ class RefineBySource final : public Sampler {
   // An error in the log domain is relative: f times as large in f_r.
   [[nodiscard]] double value_weight(std::size_t c, float f) const {
     const bool log = sliced_.domain.kind == DomainKind::kLog;
-    const double least = log ? sliced_.domain.floor(c) : 1e-9;
+    const double least = log ? floors_[c] : 1e-9;
     return power(std::max<double>(std::abs(f), least), options_.value_exponent - (log ? 0 : 1));
   }
 
@@ -230,7 +233,8 @@ class RefineBySource final : public Sampler {
     return volume;
   }
 
-  std::vector<double> volume_;
+  std::vector<double> floors_;  ///< of the log domain, per channel
+  std::vector<double> volume_;  ///< per slice
   std::vector<Rows> judged_;  ///< per slice: a row for each probe, of v and of weights
   std::vector<double> second_;
   SplineSolver<double> solver_;

@@ -11,7 +11,8 @@ namespace {
 
 // A total order, so that the chosen set does not depend on how it is selected.
 bool weighs_more(const Candidate& a, const Candidate& b) {
-  return std::tuple(-a.weight, a.slice, a.left) < std::tuple(-b.weight, b.slice, b.left);
+  if (a.weight != b.weight) return a.weight > b.weight;
+  return std::tuple(a.slice, a.left) < std::tuple(b.slice, b.left);
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ constexpr std::uint64_t kRoundsDivisor = 4;     // of sampling: structures that 
 // Of an error after a change over that before:
 constexpr double kLeastGain = 0.998;     // a change that is made must be below
 constexpr double kDullGain = 1.02;       // a move above is not tried again with so many samples
-constexpr double kWorthAnother = 0.99;   // after a round below, there is another
-constexpr double kHopeless = 1.25;       // a frame so many times worse than the other is given up
+constexpr double kWorthAnother = 0.97;   // after a round below, there is another
+constexpr double kHopeless = 1.15;       // a frame so many times worse than the other is given up
 
 std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);
@@ -46,6 +46,15 @@ HeldBackError worse_of(const HeldBackError& a, const HeldBackError& b) {
 Structure in_other_domain(Structure structure) {
   structure.domain = structure.domain == DomainKind::kLog ? DomainKind::kLinear : DomainKind::kLog;
   return structure;
+}
+
+// The last comes first.
+std::vector<std::uint64_t> counts_on_the_way(const SearchOptions& options) {
+  std::vector<std::uint64_t> counts = {options.sampling.sample_count};
+  while (!options.starts_only && counts.back() / 2 >= kFewestSearched) {
+    counts.push_back(counts.back() / (counts.back() / 4 >= kFewestSearched ? 4 : 2));
+  }
+  return counts;
 }
 
 /// What tells a move of a round from others, and finds it again in the next one.
@@ -94,8 +103,7 @@ class Search {
         options_(options) {}
 
   Result<SearchResult> run() {
-    std::vector<std::uint64_t> counts = {options_.sampling.sample_count};
-    while (!options_.starts_only && counts.back() / 2 >= kFewestSearched) counts.push_back(counts.back() / 2);
+    std::vector<std::uint64_t> counts = counts_on_the_way(options_);
     total_ = std::accumulate(counts.begin(), counts.end(), 0.0);
     for (; !counts.empty(); counts.pop_back()) {
       samples_ = counts.back();

@@ -66,8 +66,8 @@ struct SearchResult {
 
 /// Finds the structure with the least error on `held_back` within the sample budget. Each frame goes its own way: the
 /// best of regular starts, in the better domain, then rounds of moves (a node more, less or elsewhere; another floor or
-/// guide). A round looks at all moves on a few of the directions and makes those together that help most. First for an
-/// eighth of the samples, say, then a quarter, half and all of them, where what was found before is the start, and
+/// guide). A round looks at all moves on a few of the directions and makes those together that help most. First for a
+/// sixteenth of the samples, say, then a quarter and all of them, where what was found before is the start, and
 /// Objective::kBoth takes no structure that is worse by either error than that one is with fewer samples or with as
 /// many: so errors hardly ever grow with more samples. A frame that is far behind the other is given up.
 /// `measure` is called from several threads at once. The same result for any number of threads. kUsage where no

@@ -135,8 +135,8 @@ constexpr std::array kOptions = {
                .unit = "N",
                .counts = {1, kMostEvaluations},
                .fallback = "200",
-               .meaning = "Structures a search tries for N, N / 2, N / 4 ... samples each; the round of some fifty in "
-                          "which it gets there is finished"},
+               .meaning = "Structures a search tries of each frame for N, N / 4, N / 16 ... samples each; the round of "
+                          "some fifty in which it gets there is finished"},
     OptionSpec{.name = "no-mirrors",
                .kind = OptionKind::kFlag,
                .meaning = "Do not use mirror symmetries of the source; a placement by steps never does"},
