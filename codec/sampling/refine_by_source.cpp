@@ -235,7 +235,7 @@ class RefineBySource final : public Sampler {
 
   std::vector<double> floors_;  ///< of the log domain, per channel
   std::vector<double> volume_;  ///< per slice
-  std::vector<Rows> judged_;  ///< per slice: a row for each probe, of v and of weights
+  std::vector<Rows> judged_;    ///< per slice: a row for each probe, of v and of weights
   std::vector<double> second_;
   SplineSolver<double> solver_;
 };

@@ -25,10 +25,10 @@ constexpr std::size_t kGlanceCount = 2000;      // held-back directions that sin
 constexpr std::uint64_t kRoundsDivisor = 4;     // of sampling: structures that are only tried are sampled faster
 
 // Of an error after a change over that before:
-constexpr double kLeastGain = 0.998;     // a change that is made must be below
-constexpr double kDullGain = 1.02;       // a move above is not tried again with so many samples
-constexpr double kWorthAnother = 0.97;   // after a round below, there is another
-constexpr double kHopeless = 1.15;       // a frame so many times worse than the other is given up
+constexpr double kLeastGain = 0.998;    // a change that is made must be below
+constexpr double kDullGain = 1.02;      // a move above is not tried again with so many samples
+constexpr double kWorthAnother = 0.97;  // after a round below, there is another
+constexpr double kHopeless = 1.15;      // a frame so many times worse than the other is given up
 
 std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);

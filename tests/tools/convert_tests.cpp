@@ -90,18 +90,21 @@ TEST(Convert, IsQuietOnStandardErrorInAPipe) {
   EXPECT_THAT(run.out, HasSubstr("900 samples"));
 }
 
-/// A lobe so sharp that all held-back directions miss it.
-std::string sharp_lobe(const ScratchFolder& folder) {
-  write_bytes(folder / "sharp.json", bytes_of(R"({"name": "sharp", "k_d": [0, 0, 0], "lobes":
-      [{"k_s": [1, 1, 1], "f_0": 0.5, "m_x": 1e-10, "m_y": 1e-10, "alpha": 0}]})"));
-  return "kurt:" + (folder / "sharp.json");
+/// A table that is zero but for cells within a degree of the horizon, which all held-back directions miss.
+std::string nearly_black(const ScratchFolder& folder) {
+  constexpr std::size_t kHeld = 90;
+  constexpr std::size_t kCells = kHeld * kHeld * 180;
+  std::vector<double> values(3 * kCells);
+  for (std::size_t channel = 0; channel < 3; ++channel) values[channel * kCells + (kHeld - 1) * kHeld * 180] = 1;
+  write_bytes(folder / "black.binary", merl_bytes({90, 90, 180}, values));
+  return folder / "black.binary";
 }
 
 TEST(Convert, SaysThatAllHeldBackValuesAreZeroInsteadOfAnErrorThatIsNoNumber) {
   const ScratchFolder folder;
-  const std::string in = sharp_lobe(folder);
+  const std::string in = nearly_black(folder);
   for (const std::vector<std::string>& options :
-       {std::vector<std::string>{"--samples", "400", "--placement", "28/60"},
+       {std::vector<std::string>{"--samples", "400", "--placement", "30/60", "--theta-max", "90"},
         {"--samples", "400", "--frame", "half-difference", "--search-evaluations", "20"},
         {"--samples", "400", "--search-evaluations", "20"}}) {
     std::vector<std::string> arguments = {"convert", in, folder / "out.sbrdf"};
@@ -116,7 +119,7 @@ TEST(Convert, SaysThatAllHeldBackValuesAreZeroInsteadOfAnErrorThatIsNoNumber) {
 
 TEST(Convert, RefusesATargetWhereAllHeldBackValuesAreZero) {
   const ScratchFolder folder;
-  const std::string in = sharp_lobe(folder);
+  const std::string in = nearly_black(folder);
   for (const char* option : {"--target-mre", "--target-rel-l1"}) {
     expect_failure(run_sbrdf({"convert", in, folder / "out.sbrdf", option, "3"}), 5, in,
                    "the source is zero on all 12000 held-back directions");
