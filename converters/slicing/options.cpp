@@ -38,7 +38,7 @@ Objective objective_of(const StopRule& rule) {
 SamplingOptions sampling_of(const SliceOptions& options) {
   SamplingOptions sampling;
   sampling.refinement = options.refinement;
-  sampling.minimum_gap_deg = options.minimum_gap_deg.value_or(options.refinement == Refinement::kBySource ? 0.1 : 1);
+  sampling.minimum_gap_deg = options.minimum_gap_deg.value_or(options.refinement == Refinement::kBySource ? 0.01 : 1);
   sampling.domain = options.domain.value_or(DomainKind::kLog);
   return sampling;
 }

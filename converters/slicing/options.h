@@ -64,7 +64,7 @@ struct SliceOptions {
   /// Of the slices, kLeastThetaMaxDeg to 90, in whole hundredths where frames are searched for. Open: the source's
   /// slice_theta_max_deg; for a placement the paper's.
   std::optional<double> theta_max_deg;
-  std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kByMeasured (the paper's), 0.1 for kBySource
+  std::optional<double> minimum_gap_deg;  ///< open: 1 for Refinement::kByMeasured (the paper's), 0.01 for kBySource
 
   std::optional<double> precision;  ///< see EncodeOptions::precision; open: as coarse as the error allows
   ChunkSize chunks = ChunkSize::kAuto;

@@ -50,6 +50,33 @@ TEST(DetectSymmetries, FindsThoseThatASourceHas) {
   EXPECT_EQ(detect_symmetries(skewed), Symmetries{});
 }
 
+/// A mirror that is blurred by so little, and by another angle across.
+std::unique_ptr<BrdfSource> narrow_lobe(double along_deg, double across_deg) {
+  const KurtLobe lobe = {{0.3, 0.25, 0.2}, 0.3, std::tan(radians_from_degrees(along_deg)),
+                         std::tan(radians_from_degrees(across_deg)), 0.2};
+  return make_kurt_source({"narrow", {0.1, 0.2, 0.05}, {lobe}});
+}
+
+TEST(DetectSymmetries, LooksIntoNarrowHighlights) {
+  const Symmetries round = detect_symmetries(*narrow_lobe(0.05, 0.05));
+  EXPECT_TRUE(round.isotropic && round.mirror_x);
+  EXPECT_EQ(detect_symmetries(*narrow_lobe(0.05, 0.1)), (Symmetries{.mirror_x = true, .mirror_y = true}));
+}
+
+TEST(SliceSource, FindsAHighlightAFiftiethOfADegreeWide) {
+  const auto source = narrow_lobe(0.02, 0.02);
+  SliceOptions options = quick(800);
+  options.structure = SearchedStructure{.evaluations = 60};
+  const Slicing slicing = slice_source(*source, options).value();
+  const SlicedSource sliced(DecodedSliced{slicing.sliced, slicing.lattice, {}});
+  CompareOptions directions;
+  directions.directions = CompareDirections::kHighlight;
+  directions.random_count = 20'000;
+  const Comparison report = compare_sources(*source, sliced, directions).value();
+  EXPECT_LT(report.rel_l1_percent, 3);  // where it is missed, all of its light: half
+  EXPECT_LT(report.mre_percent, 1);
+}
+
 TEST(TrueRefinement, IsBetterThanTheMeasuredOneAndTakesAsManySamples) {
   const auto fabric = make_kurt_source(kurt_material("fabric112").value());
   SliceOptions options;
