@@ -29,6 +29,7 @@ constexpr double kLeastGain = 0.998;    // a change that is made must be below
 constexpr double kDullGain = 1.02;      // a move above is not tried again with so many samples
 constexpr double kWorthAnother = 0.97;  // after a round below, there is another
 constexpr double kHopeless = 1.15;      // a frame so many times worse than the other is given up
+constexpr double kHopelessWithFew = 2;  // where both have gone all their way with fewer samples
 
 std::string describe(const Structure& structure) {
   const FrameSpec spec = expand_outline(structure.outline);
@@ -112,7 +113,6 @@ class Search {
       for (Track& track : tracks_) improve_all(track);
       if (stopped_) return io_error("interrupted");
       if (!status && counts.size() == 1) return status.error();
-      drop_hopeless();
       done_ += static_cast<double>(samples_);
     }
     const Track& best = best_track();
@@ -178,16 +178,16 @@ class Search {
     judge_tracks();
     std::erase_if(tracks_, [](const Track& track) { return value_of(track) == kInfinite; });
     if (tracks_.empty()) return why_all_fail(starts.front());
-    drop_hopeless();
     return ok_status();
   }
 
   // What was found with fewer samples, with more of them.
   Status go_on() {
+    drop_hopeless(kHopelessWithFew);
     for (Track& track : tracks_) track.tried = 1;
     tried_ = tracks_.size();
     judge_tracks();
-    drop_hopeless();
+    drop_hopeless(kHopeless);
     return ok_status();
   }
 
@@ -273,9 +273,8 @@ class Search {
 
   [[nodiscard]] const Track& best_track() const { return *std::ranges::min_element(tracks_, {}, value_of); }
 
-  void drop_hopeless() {
-    if (tracks_.empty()) return;
-    const double limit = kHopeless * value_of(best_track());
+  void drop_hopeless(double factor) {
+    const double limit = factor * value_of(best_track());
     std::erase_if(tracks_, [&](const Track& track) { return value_of(track) > limit; });
   }
 
