@@ -18,7 +18,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CALL = re.compile(r"(^|\| |/)sbrdf ")
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
 LEAST_COMMANDS = 10
-SLOWEST = 20  # seconds, for one command
+SLOWEST = 60  # seconds, for one command
 
 
 def commands(text):
