@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kPairs = 4096;
 constexpr double kTolerance = 1e-5;
 
-/// Directions at which a source is compared with its images. Half of what they say is said densely around the mirror
-/// direction, or a narrow highlight would have no part in it.
+/// Directions at which a source is compared with its images: many near the mirror direction, since a narrow highlight
+/// is hardly ever met by others.
 struct Places {
   std::vector<DirectionPair> pairs;
   std::vector<double> weights;  ///< that make sums those of the uniform draw
@@ -62,8 +62,7 @@ bool holds(const BrdfSource& source, const Places& places, const Image& image) {
 Symmetries detect_symmetries(const BrdfSource& source, double theta_max_deg) {
   const Places places = draw_places(source, theta_max_deg);
   Symmetries symmetries;
-  symmetries.isotropic =
-      source.traits().isotropic || holds(source, places, [](double phi) { return phi + 1.0; });
+  symmetries.isotropic = source.traits().isotropic || holds(source, places, [](double phi) { return phi + 1.0; });
   symmetries.mirror_x = holds(source, places, [](double phi) { return -phi; });
   // For an isotropic material both mirrors are one.
   symmetries.mirror_y = !symmetries.isotropic && holds(source, places, [](double phi) { return kPi - phi; });

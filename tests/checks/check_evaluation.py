@@ -229,7 +229,8 @@ def main():
         print(f"{'file':36} {'pairs':>6} {'relative':>9} {'of largest':>10} {'on borders':>10}")
         for path in (*vectors, *made):
             worst = compare(reference, program, path, count)
-            print(f"{path.stem:36} {count:6} {worst.relative:9.1e} {worst.of_largest:10.1e} {worst.borders:10}", flush=True)
+            print(f"{path.stem:36} {count:6} {worst.relative:9.1e} {worst.of_largest:10.1e} {worst.borders:10}",
+                  flush=True)
             if worst.share > 1:
                 failed += 1
                 print(f"  beyond what is allowed: {worst.share:.3g} times, at {worst.where}")

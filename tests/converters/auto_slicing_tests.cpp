@@ -52,8 +52,11 @@ TEST(DetectSymmetries, FindsThoseThatASourceHas) {
 
 /// A mirror that is blurred by so little, and by another angle across.
 std::unique_ptr<BrdfSource> narrow_lobe(double along_deg, double across_deg) {
-  const KurtLobe lobe = {{0.3, 0.25, 0.2}, 0.3, std::tan(radians_from_degrees(along_deg)),
-                         std::tan(radians_from_degrees(across_deg)), 0.2};
+  const KurtLobe lobe = {{0.3, 0.25, 0.2},
+                         0.3,
+                         std::tan(radians_from_degrees(along_deg)),
+                         std::tan(radians_from_degrees(across_deg)),
+                         0.2};
   return make_kurt_source({"narrow", {0.1, 0.2, 0.05}, {lobe}});
 }
 
