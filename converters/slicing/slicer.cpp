@@ -135,9 +135,10 @@ Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
   return drawn;
 }
 
-Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const Progress& progress) const {
+Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, Objective objective,
+                               const Progress& progress) const {
   if (const auto* rule = std::get_if<SearchedStructure>(&options_.structure)) {
-    return search(*rule, sample_count, effort, progress);
+    return search(*rule, sample_count, effort, objective, progress);
   }
   const auto& placement = std::get<Placement>(options_.structure);
   Result<FrameSpec> spec =
@@ -149,13 +150,13 @@ Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, const 
 }
 
 Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
-                                 const Progress& progress) const {
+                                 Objective objective, const Progress& progress) const {
   SearchOptions search;
   search.frame = rule.frame;
   search.domain = options_.domain;
   search.symmetries = symmetries_;
   search.theta_max_deg = theta_max_deg_;
-  search.objective = objective_of(options_.stop);
+  search.objective = objective;
   search.sampling = sampling_of(options_);
   search.sampling.sample_count = sample_count;
   search.sampling.grey_shares = grey_shares_;
@@ -198,9 +199,8 @@ Status Slicer::fit(Slicing& slicing) const {
     return evaluate_checked_in_parallel(*measured_, pairs, values);
   });
   if (!directions) return directions.error();
-  const Objective objective = objective_of(options_.stop);
-  SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective);
-  const Standard standard = {objective, judge(Evaluator(slicing.sliced, slicing.lattice), choice_)};
+  SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective());
+  const Standard standard = {objective(), judge(Evaluator(slicing.sliced, slicing.lattice), choice_)};
   const double before = standard.value_of(standard.ceiling);
   if (standard.value_of(judge(Evaluator(fitted, slicing.lattice), choice_)) >= before) return ok_status();
   slicing.sliced = std::move(fitted);
@@ -212,7 +212,7 @@ Result<Slicing> Slicer::slice(std::uint64_t sample_count, Effort effort, const P
   constexpr double kSearchShare = 0.9;
   const bool searches = std::holds_alternative<SearchedStructure>(options_.structure);
   StepwiseProgress steps(progress);
-  const Result<SlicePlan> found = plan(sample_count, effort, steps.step(searches ? kSearchShare : 0));
+  const Result<SlicePlan> found = plan(sample_count, effort, objective(), steps.step(searches ? kSearchShare : 0));
   if (!found) return found.error();
   return sample(*found, sample_count, steps.step(1));
 }
@@ -235,11 +235,11 @@ std::uint64_t Slicer::count_filled(const Slicing& slicing) const {
 }
 
 double Slicer::error_on_choice(const Slicing& slicing, double precision) const {
-  return objective_value(rounded_error(slicing, precision, choice_), objective_of(options_.stop));
+  return objective_value(rounded_error(slicing, precision, choice_), objective());
 }
 
 double Slicer::error_on_report(const Slicing& slicing, double precision) const {
-  return objective_value(rounded_error(slicing, precision, report_), objective_of(options_.stop));
+  return objective_value(rounded_error(slicing, precision, report_), objective());
 }
 
 double Slicer::precision_for(const Slicing& slicing) const {

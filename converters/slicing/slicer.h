@@ -43,10 +43,13 @@ class Slicer {
 
   [[nodiscard]] const SliceOptions& options() const { return options_; }
   [[nodiscard]] double theta_max_deg() const { return theta_max_deg_; }
+  /// The error that the stop rule names, or both.
+  [[nodiscard]] Objective objective() const { return objective_of(options_.stop); }
 
-  /// The placement that was asked for, or the best structure for so many samples that a search finds. The errors of
-  /// search_structure() and elevation_frame().
-  [[nodiscard]] Result<SlicePlan> plan(std::uint64_t sample_count, Effort effort, const Progress& progress) const;
+  /// The placement that was asked for, or the best structure for so many samples that a search by the objective finds.
+  /// The errors of search_structure() and elevation_frame().
+  [[nodiscard]] Result<SlicePlan> plan(std::uint64_t sample_count, Effort effort, Objective objective,
+                                       const Progress& progress) const;
   /// Samples by a plan, which may have been made for another number. kUsage where there are more crossings than
   /// samples.
   [[nodiscard]] Result<Slicing> sample(const SlicePlan& plan, std::uint64_t sample_count,
@@ -79,7 +82,7 @@ class Slicer {
   [[nodiscard]] HeldBackDraw draw_of(std::uint64_t seed, std::size_t count) const;
   [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
-                                         const Progress& progress) const;
+                                         Objective objective, const Progress& progress) const;
   /// Replaces the values by fitted ones where that is better on the directions that choices are made by.
   [[nodiscard]] Status fit(Slicing& slicing) const;
   [[nodiscard]] std::uint64_t count_filled(const Slicing& slicing) const;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -10,9 +12,10 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::uint64_t kFewestSamples = 64;
+constexpr std::uint64_t kFewestSamples = 16;
 
 // Shares of what is left of the work, for the steps whose number is not known beforehand.
+constexpr double kOneSearch = 0.25;
 constexpr double kBisection = 0.06;
 constexpr double kFullSearch = 0.9;
 constexpr double kRepair = 0.125;
@@ -23,9 +26,10 @@ bool has_too_few(const Result<T>& result) {
   return !result && result.error().code == ErrorCode::kUsage;
 }
 
-/// The fewest samples that reach an error. Twice as many each time until they do, then bisection, both by the
-/// directions that choices are made by. The full search at that count is then judged on directions that took no part,
-/// and repaired with more samples; an open precision is traded against their number.
+/// The fewest samples that reach an error. Searches in full for numbers that the errors so far make likely, first until
+/// one reaches the target, then between those that miss and those that reach it; all by the directions that choices are
+/// made by. What reaches it with fewest is then judged on directions that took no part, and repaired with more samples;
+/// an open precision is traded against their number.
 class FewestSamples {
  public:
   FewestSamples(const Slicer& slicer, double target_percent, const Progress& progress)
@@ -38,69 +42,136 @@ class FewestSamples {
                       "target",
                       slicer_.held_back_count()));
     }
-    if (Status status = double_until_reached(); !status) return status.error();
-    if (Status status = bisect(); !status) return status.error();
+    if (Status status = grow_until_reached(); !status) return status.error();
+    if (Status status = narrow(); !status) return status.error();
     return verified();
   }
 
  private:
+  /// A number of samples, and the error that it reaches [%].
   struct Attempt {
+    std::uint64_t count = 0;
+    double error = 0;
+  };
+  struct Reaching {
+    std::uint64_t count = 0;
+    SlicePlan plan;
+  };
+  struct Best {
     double error = 0;
     Slicing slicing;
   };
 
-  // Afterwards `few_` samples miss the target, and `enough_` reach it.
-  Status double_until_reached() {
-    for (int left = kDoublings;; --left) {
-      const Result<bool> reached = reaches(enough_, 1.0 / (left + 1));
-      if (!reached) return reached.error();
-      if (*reached) return ok_status();
-      if (enough_ == kMaxSampleCount) return out_of_reach();
-      few_ = std::exchange(enough_, std::min(2 * enough_, kMaxSampleCount));
+  // Afterwards `few_` misses the target, unless it is none, and `enough_` reaches it.
+  Status grow_until_reached() {
+    std::uint64_t count = kFewestSamples;
+    while (true) {
+      const Result<double> error = error_with(count);
+      if (!error) return error.error();
+      if (*error <= target_) {
+        enough_ = {count, *error};
+        return ok_status();
+      }
+      if (count == kMaxSampleCount) return out_of_reach();
+      few_ = {count, *error};
+      const double missing = std::pow(*error / target_, kSamplesPerError);
+      count = grown(count, std::isfinite(missing) ? std::clamp(missing, kLeastGrowth, kMostGrowth) : kLeastGrowth);
     }
   }
 
-  Status bisect() {
-    while (enough_ - few_ > std::max<std::uint64_t>(1, enough_ / 20)) {
-      const std::uint64_t middle = (few_ + enough_) / 2;
-      const Result<bool> reached = reaches(middle, kBisection);
-      if (!reached) return reached.error();
-      (*reached ? enough_ : few_) = middle;
+  static std::uint64_t grown(std::uint64_t count, double factor) {
+    const auto more = static_cast<std::uint64_t>(std::ceil(static_cast<double>(count) * factor));
+    return std::min(more, count < kMostSearched ? kMostSearched : kMaxSampleCount);
+  }
+
+  // Where a line through both errors, drawn over the logarithms, meets the target.
+  Status narrow() {
+    for (int k = 0; k < kNarrowings && few_.count != 0 && enough_.count > few_.count + few_.count / 5; ++k) {
+      const double width = std::log(static_cast<double>(enough_.count) / static_cast<double>(few_.count));
+      const double part = std::log(few_.error / target_) / std::log(few_.error / enough_.error);
+      const double inside = std::isfinite(part) ? std::clamp(part, 0.2, 0.8) : 0.5;
+      const auto count = static_cast<std::uint64_t>(static_cast<double>(few_.count) * std::exp(inside * width));
+      const Result<double> error = error_with(count);
+      if (!error) return error.error();
+      (*error <= target_ ? enough_ : few_) = {count, *error};
     }
     return ok_status();
   }
 
-  Result<bool> reaches(std::uint64_t count, double share) {
-    Result<Slicing> slicing = slicer_.slice(count, Effort::kStarts, steps_.step(share));
-    if (has_too_few(slicing)) {
-      refusal_ = slicing.error();
-      return false;
+  // What is good by both errors is at times better by one of them than what was searched for by that one alone.
+  Result<double> error_with(std::uint64_t count) {
+    const Result<double> error = error_with(count, slicer_.objective());
+    const bool again = error && searches(count) && *error > target_ && *error < kWorthAnother * target_;
+    if (!again) return error;
+    const Result<double> other = error_with(count, Objective::kBoth);
+    return other ? std::min(*error, *other) : other;
+  }
+
+  // Infinite where there are too few samples.
+  Result<double> error_with(std::uint64_t count, Objective objective) {
+    if (!plan_ || searches(count)) {
+      Result<SlicePlan> plan =
+          slicer_.plan(count, Effort::kFull, objective, steps_.step(searches(count) ? kOneSearch : 0));
+      if (has_too_few(plan)) return refused(plan.error());
+      if (!plan) return plan.error();
+      plan_ = *std::move(plan);
     }
+    Result<Slicing> slicing = slicer_.sample(*plan_, count, steps_.step(kOneSearch));
+    if (has_too_few(slicing)) return refused(slicing.error());
     if (!slicing) return slicing.error();
     // Where the precision is open, a finer one than any may be needed.
     const double error = slicer_.error_on_choice(*slicing, slicer_.options().precision.value_or(0));
     remember(error, *std::move(slicing));
-    return error <= target_;
+    if (error <= target_) reaching_.push_back({count, *plan_});
+    return error;
+  }
+
+  // With more the structure stays as it is, since a search would take minutes.
+  [[nodiscard]] bool searches(std::uint64_t count) const {
+    return std::holds_alternative<SearchedStructure>(slicer_.options().structure) && count <= kMostSearched;
+  }
+
+  static bool by_count(const Reaching& a, const Reaching& b) { return a.count < b.count; }
+
+  double refused(Error error) {
+    steps_.take_back();
+    refusal_ = std::move(error);
+    return std::numeric_limits<double>::infinity();
   }
 
   Result<Slicing> verified() {
     best_.reset();
-    const Result<SlicePlan> plan = slicer_.plan(enough_, Effort::kFull, steps_.step(kFullSearch));
-    if (!plan) return plan.error();
-    if (Status status = try_more(*plan); !status) return status.error();
-    if (!slicer_.options().precision) {
-      if (Status status = try_fewer(*plan); !status) return status.error();
+    while (!smallest_) {
+      if (reaching_.empty()) {
+        if (Status status = grow_further(); !status) return status.error();
+        continue;
+      }
+      const auto fewest = std::min_element(reaching_.begin(), reaching_.end(), by_count);
+      const Reaching reaching = std::move(*fewest);
+      reaching_.erase(fewest);
+      if (Status status = try_more(reaching); !status) return status.error();
+      if (!smallest_ || slicer_.options().precision) continue;
+      if (Status status = try_fewer(reaching); !status) return status.error();
     }
     return std::move(smallest_->slicing);
   }
 
+  // Where nothing that reached the target by one draw of directions reaches it by the other.
+  Status grow_further() {
+    if (enough_.count == kMaxSampleCount) return out_of_reach();
+    enough_.count = grown(enough_.count, kLeastGrowth);
+    const Result<double> error = error_with(enough_.count);
+    return error ? ok_status() : Status(error.error());
+  }
+
   // More samples for as long as fresh directions say that the target is missed. With an open precision, then more still
   // for as long as the coarser samples that they allow take fewer bytes.
-  Status try_more(const SlicePlan& plan) {
+  Status try_more(const Reaching& from) {
+    const double most = kMostRepair * static_cast<double>(from.count);
     int larger = 0;
-    for (std::uint64_t count = enough_; larger < kLarger; count += count / 16 + 1) {
-      if (count > kMaxSampleCount) break;
-      Result<Slicing> slicing = slicer_.sample(plan, count, steps_.step(kRepair));
+    for (std::uint64_t count = from.count; larger < kLarger; count += count / 16 + 1) {
+      if (static_cast<double>(count) > most) break;
+      Result<Slicing> slicing = slicer_.sample(from.plan, count, steps_.step(kRepair));
       if (!slicing) return slicing.error();
       const bool reached = set_precision(*slicing);
       if (!reached) {
@@ -111,15 +182,15 @@ class FewestSamples {
       larger = offer(*std::move(slicing)) ? 0 : larger + 1;
       if (slicer_.options().precision) break;
     }
-    return smallest_ ? ok_status() : Status(out_of_reach());
+    return ok_status();
   }
 
   // What the full search found may reach the target with fewer than the search for their number did.
-  Status try_fewer(const SlicePlan& plan) {
+  Status try_fewer(const Reaching& from) {
     int larger = 0;
-    for (std::uint64_t count = enough_ - enough_ / 16; larger < kLarger && count >= kFewestSamples;
+    for (std::uint64_t count = from.count - from.count / 16; larger < kLarger && count >= kFewestSamples;
          count -= count / 16) {
-      Result<Slicing> slicing = slicer_.sample(plan, count, steps_.step(kRepair));
+      Result<Slicing> slicing = slicer_.sample(from.plan, count, steps_.step(kRepair));
       if (has_too_few(slicing)) break;
       if (!slicing) return slicing.error();
       if (!set_precision(*slicing)) break;
@@ -152,7 +223,7 @@ class FewestSamples {
   }
 
   void remember(double error, Slicing slicing) {
-    if (!best_ || error < best_->error) best_ = Attempt{error, std::move(slicing)};
+    if (!best_ || error < best_->error) best_ = Best{error, std::move(slicing)};
   }
 
   [[nodiscard]] Error out_of_reach() const {
@@ -168,15 +239,23 @@ class FewestSamples {
     Slicing slicing;
   };
 
-  static constexpr int kLarger = 2;      // in a row, until no smaller file is looked for
-  static constexpr int kDoublings = 15;  // 64, 128, ..., 524,288 and 1,000,000
+  static constexpr int kLarger = 2;  // in a row, until no smaller file is looked for
+  static constexpr int kNarrowings = 3;
+  static constexpr double kMostRepair = 1.25;
+  static constexpr std::uint64_t kMostSearched = 65'536;
+  static constexpr double kWorthAnother = 1.5;     // so much above the target
+  static constexpr double kSamplesPerError = 1.5;  // exponent: half the error takes 2.8 times the samples, as a rule
+  static constexpr double kLeastGrowth = 1.5;
+  static constexpr double kMostGrowth = 8;
 
   const Slicer& slicer_;
   double target_;
   StepwiseProgress steps_;
-  std::uint64_t few_ = kFewestSamples / 2;
-  std::uint64_t enough_ = kFewestSamples;
-  std::optional<Attempt> best_;
+  Attempt few_;
+  Attempt enough_;
+  std::optional<SlicePlan> plan_;   ///< the last one
+  std::vector<Reaching> reaching_;  ///< what reached the target, by the directions that choices are made by
+  std::optional<Best> best_;
   std::optional<Sized> smallest_;  ///< of those that reach the target
   Error refusal_;
 };
@@ -239,7 +318,7 @@ class MostSamples {
 
   // `fitting` is what remains where the structure of the full search takes more bytes even with few samples.
   Result<Slicing> improved(Slicing fitting) {
-    const Result<SlicePlan> plan = slicer_.plan(few_, Effort::kFull, steps_.step(kFullSearch));
+    const Result<SlicePlan> plan = slicer_.plan(few_, Effort::kFull, slicer_.objective(), steps_.step(kFullSearch));
     if (!plan) return plan.error();
     for (std::uint64_t count = few_; count >= kFewestSamples; count -= count / 50 + 1) {
       Result<Slicing> slicing = slicer_.sample(*plan, count, steps_.step(kRepair));

@@ -67,6 +67,8 @@ class StepwiseProgress {
     if (!whole_.report) return {};
     return {[this](double fraction) { return report(begin_ + (end_ - begin_) * fraction); }};
   }
+  /// The last step came to nothing: its part is left again.
+  void take_back() { end_ = begin_; }
   /// All is done, whatever the steps have left. False where the work was asked to stop.
   bool finish() { return report(1); }
 

@@ -86,6 +86,14 @@ TEST(StopRule, ReachesATargetInFewerBytesWithAnOpenPrecision) {
   EXPECT_LT(static_cast<double>(file_size(traded, open)), 0.8 * static_cast<double>(file_size(finer, fixed)));
 }
 
+// Regular structures need 1,856 samples here.
+TEST(StopRule, ReachesATargetWithAsFewSamplesAsSearchedStructuresNeed) {
+  const auto source = make_kurt_source({"narrow", {0.02, 0.01, 0.01}, {{{0.3, 0.2, 0.1}, 0.9, 0.012, 0.03, 0.5}}});
+  const Slicing slicing = slice_source(*source, until(TargetRelL1{3}, SearchedStructure{})).value();
+  EXPECT_LE(slicing.report.error.rel_l1_percent, 3);
+  EXPECT_LT(slicing.sliced.sample_count(), 600U);
+}
+
 TEST(StopRule, HasLessErrorInSoManyBytesWithAnOpenPrecision) {
   const SliceOptions open = until(MaxBytes{1500});
   SliceOptions fixed = open;
@@ -119,7 +127,9 @@ TEST(StopRule, ReportsProgressAllTheWay) {
        {StopRule{SampleCount{600}}, StopRule{TargetMre{40}}, StopRule{TargetRelL1{40}}, StopRule{MaxBytes{2000}}}) {
     for (const StructureRule& structure :
          {StructureRule{Placement{28, 180}}, StructureRule{SearchedStructure{.evaluations = 4}}}) {
-      const Watched watched = watch(*shiny_isotropic(), until(stop, structure));
+      SliceOptions options = until(stop, structure);
+      options.fit_values = false;
+      const Watched watched = watch(*shiny_isotropic(), options);
       EXPECT_TRUE(watched.result) << watched.result.error().message;
       expect_rising_to_one(watched.fractions, 0.9);
     }
@@ -130,6 +140,7 @@ TEST(StopRule, SaysWhichErrorWasReachedWhereATargetIsOutOfReach) {
   for (const StopRule& stop : {StopRule{TargetMre{0.001}}, StopRule{TargetRelL1{0.001}}}) {
     SliceOptions options = until(stop, Placement{28, 180});
     options.fit_values = false;
+    options.minimum_gap_deg = 1;  // a million samples are not taken
     const auto source = fabric();
     const Watched watched = watch(*source, options);
     ASSERT_FALSE(watched.result);
@@ -141,13 +152,14 @@ TEST(StopRule, SaysWhichErrorWasReachedWhereATargetIsOutOfReach) {
     const auto samples = static_cast<std::uint64_t>(numbers[2]);
     SliceOptions again = until(SampleCount{samples}, Placement{28, 180});
     again.fit_values = false;
+    again.minimum_gap_deg = options.minimum_gap_deg;
     const Slicing slicing = slice_source(*source, again).value();
     EXPECT_EQ(slicing.sliced.sample_count(), samples);
     EXPECT_EQ(static_cast<double>(file_size(slicing, again)), numbers[3]);
     const HeldBackError& reached = slicing.report.error;  // on other directions
     const double other = std::holds_alternative<TargetMre>(stop) ? reached.mre_percent : reached.rel_l1_percent;
     EXPECT_NEAR(numbers[1], other, 0.2 * other);
-    expect_rising_to_one(watched.fractions, 0.2);
+    expect_rising_to_one(watched.fractions, 0.3);
   }
 }
 
@@ -158,7 +170,7 @@ TEST(StopRule, SaysWhichErrorASearchReachedWhereATargetIsOutOfReach) {
   ASSERT_FALSE(watched.result);
   EXPECT_EQ(watched.result.error().code, ErrorCode::kDifference);
   EXPECT_EQ(numbers_in(watched.result.error().message).size(), 4U) << watched.result.error().message;
-  expect_rising_to_one(watched.fractions, 0.2);
+  expect_rising_to_one(watched.fractions, 0.3);
 }
 
 TEST(StopRule, SaysHowLargeTheSmallestFileIsWhereNoneIsSmallEnough) {
@@ -170,13 +182,13 @@ TEST(StopRule, SaysHowLargeTheSmallestFileIsWhereNoneIsSmallEnough) {
       options.fit_values = false;
       return options;
     };
-    const Watched watched = watch(*source, measured_until(100));
+    const Watched watched = watch(*source, measured_until(60));
     ASSERT_FALSE(watched.result);
     const Error& error = watched.result.error();
     EXPECT_EQ(error.code, ErrorCode::kDifference);
     const std::vector<double> numbers = numbers_in(error.message);  // limit, smallest, samples
     ASSERT_EQ(numbers.size(), 3U) << error.message;
-    EXPECT_EQ(numbers[0], 100);
+    EXPECT_EQ(numbers[0], 60);
     expect_rising_to_one(watched.fractions, 1);
     // So large a file is possible, and no smaller one.
     const auto smallest = static_cast<std::uint64_t>(numbers[1]);
