@@ -36,6 +36,8 @@ class MaterialTest : public testing::Test {
   [[nodiscard]] std::string small_file(const std::string& name, sbrdf::Options more = {}) const {
     more.insert({"placement", "28/60"});
     more.insert({"samples", "900"});
+    more.insert({"values", "measured"});
+    more.insert({"precision", "lossless"});
     const auto saved = open("kurt:fabric112").save(path(name), {more, {}});
     EXPECT_TRUE(saved) << (saved ? "" : saved.error().message);
     return path(name);

@@ -155,7 +155,7 @@ std::vector<double> figures(const Comparison& found) {
   return all;
 }
 
-TEST(Compare, GivesTheSameBitsOnAnyNumberOfThreads) {
+TEST(AnyNumberOfThreads, GivesTheSameBitsOfAComparison) {
   const FunctionSource f([](const auto& pair, std::size_t) { return analytic_brdf(pair, {}); });
   const FunctionSource r([](const auto& pair, std::size_t c) {
     return analytic_brdf(pair, {.mirror_x = true}) + 0.1 * static_cast<double>(c);

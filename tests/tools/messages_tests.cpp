@@ -130,7 +130,8 @@ TEST(Threads, ThatCannotBeMadeAreDoneWithout) {
   const ProgramRun free = run_sbrdf({"compare", "kurt:wood01", "kurt:fabric112", "--random", "9000", "--json"});
   EXPECT_EQ(run.json()["mre_percent"], free.json()["mre_percent"]);
   EXPECT_EQ(
-      run_sbrdf({"convert", "kurt:wood01", folder / "a.sbrdf", "--placement", "40/90", "--samples", "300"}, limited)
+      run_sbrdf(plainly({"convert", "kurt:wood01", folder / "a.sbrdf", "--placement", "40/90", "--samples", "300"}),
+                limited)
           .err,
       "");
   unsetenv("LSAN_OPTIONS");

@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 
 /// fabric112, anisotropic, some hundred samples on several levels. Each is made once.
-std::string sampled(const ScratchFolder& folder, const std::vector<std::string>& more = {}) {
+std::string sampled(const ScratchFolder& folder, const std::vector<std::string>& more = {"--precision", "0.1%"}) {
   static std::map<std::vector<std::string>, std::string> made;
   std::string file = folder / "fabric112.sbrdf";
   auto [entry, is_new] = made.try_emplace(more);
@@ -155,7 +155,7 @@ TEST(Metadata, TellWhereTheFileComesFrom) {
 
 TEST(Levels, TakeMoreBytesAndComeCloser) {
   const ScratchFolder folder;
-  const std::string file = sampled(folder, {"--chunks", "split"});
+  const std::string file = sampled(folder, {"--chunks", "split", "--precision", "0.1%"});
   const auto rows = run_sbrdf({"info", file, "--levels", "--json"}).json();
   ASSERT_GT(rows.size(), 2U);
   for (std::size_t k = 1; k < rows.size(); ++k) {
@@ -222,7 +222,7 @@ TEST(Extract, OfAPartKeepsTheLimitsOfThePart) {
 
 TEST(Extract, LeavesOutFinerLevels) {
   const ScratchFolder folder;
-  const std::string file = sampled(folder, {"--chunks", "split"});
+  const std::string file = sampled(folder, {"--chunks", "split", "--precision", "0.1%"});
   const std::string coarse = folder / "coarse.sbrdf";
   const auto json = run_sbrdf({"extract", file, coarse, "--level", "0", "--json"}).json();
   EXPECT_EQ(json["samples_out"], run_sbrdf({"info", file, "--json"}).json()["samples"]["crossings"]);

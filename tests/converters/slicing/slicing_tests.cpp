@@ -155,7 +155,7 @@ TEST(SliceSource, EndsSoonWhenAskedToStop) {
   EXPECT_EQ(result.error().message, interrupted_error().message);
 }
 
-TEST(SliceSource, GivesTheSameBytesOnAnyNumberOfThreads) {
+TEST(AnyNumberOfThreads, GivesTheSameBytesOfASlicing) {
   std::vector<std::vector<std::byte>> files;
   for (const std::size_t threads : {1U, 2U, 5U}) {
     const ThreadLimit control(threads);
