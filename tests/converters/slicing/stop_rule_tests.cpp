@@ -89,7 +89,7 @@ TEST(StopRule, ReachesATargetInFewerBytesWithAnOpenPrecision) {
 // Regular structures need 1,856 samples here.
 TEST(StopRule, ReachesATargetWithAsFewSamplesAsSearchedStructuresNeed) {
   const auto source = make_kurt_source({"narrow", {0.02, 0.01, 0.01}, {{{0.3, 0.2, 0.1}, 0.9, 0.012, 0.03, 0.5}}});
-  const Slicing slicing = slice_source(*source, until(TargetRelL1{3}, SearchedStructure{})).value();
+  const Slicing slicing = slice_source(*source, until(TargetRelL1{3}, SearchedStructure{.evaluations = 60})).value();
   EXPECT_LE(slicing.report.error.rel_l1_percent, 3);
   EXPECT_LT(slicing.sliced.sample_count(), 600U);
 }
@@ -116,6 +116,7 @@ TEST(StopRule, FillsALargestSizeWithAPlacementAndInAFrameThatNeedsMoreThanTheFew
         StructureRule{SearchedStructure{.frame = FrameId::kHalfDifference, .evaluations = 10}}}) {
     SliceOptions options = until(MaxBytes{3000}, structure);
     options.fit_values = false;  // thousands of samples, some forty times
+    options.precision = 0.001;
     const Slicing slicing = slice_source(*fabric(), options).value();
     EXPECT_LE(file_size(slicing, options), 3000U);
     EXPECT_GT(file_size(slicing, options), 2500U);
@@ -180,6 +181,7 @@ TEST(StopRule, SaysHowLargeTheSmallestFileIsWhereNoneIsSmallEnough) {
     const auto measured_until = [&](std::uint64_t bytes) {
       SliceOptions options = until(MaxBytes{bytes}, structure);
       options.fit_values = false;
+      options.precision = 0.001;
       return options;
     };
     const Watched watched = watch(*source, measured_until(60));
