@@ -100,7 +100,7 @@ class FewestSamples {
 
   // What is good by both errors is at times better by one of them than what was searched for by that one alone.
   Result<double> error_with(std::uint64_t count) {
-    const Result<double> error = error_with(count, slicer_.objective());
+    Result<double> error = error_with(count, slicer_.objective());
     const bool again = error && searches(count) && *error > target_ && *error < kWorthAnother * target_;
     if (!again) return error;
     const Result<double> other = error_with(count, Objective::kBoth);

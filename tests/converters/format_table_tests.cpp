@@ -39,7 +39,7 @@ const Format& row(std::string_view name) {
 /// A value that each option may have; options of free text are listed.
 std::vector<std::string> values_of(const OptionSpec& option) {
   const std::map<std::string_view, std::vector<std::string>> texts = {
-      {"placement", {"auto", "search", "paper", "14/36", "2.5/7.5"}},
+      {"placement", {"search", "paper", "14/36", "2.5/7.5"}},
       {"precision", {"lossless", "0.1%", "0.1", "50%", "0.0001%"}},
       {"merl-shape", {"1,1,1", "90,90,180", "4096,4096,4096"}},
       {"material", {"a"}},
@@ -61,7 +61,7 @@ std::vector<std::string> values_of(const OptionSpec& option) {
 
 std::vector<std::string> values_against(const OptionSpec& option) {
   const std::map<std::string_view, std::vector<std::string>> texts = {
-      {"placement", {"", "14", "14/", "/36", "14/36/2", "-14/36", "0/36", "nan/36", "14/inf", " 14/36", "Auto"}},
+      {"placement", {"", "14", "14/", "/36", "14/36/2", "-14/36", "0/36", "nan/36", "14/inf", " 14/36", "auto"}},
       {"precision", {"", "%", "0", "51%", "0.00001%", "1e400", "Lossless"}},
       {"merl-shape", {"", "90", "90,90", "90,90,", "90,90,180,", "0,1,1", "1,4097,1", "90x90x180", "1, 1, 1"}},
       {"material", {}},

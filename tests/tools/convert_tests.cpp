@@ -211,7 +211,6 @@ TEST(Convert, RefusesOptionsOfWhichOneWouldHaveNoEffectAndNamesBoth) {
       {"--max-bytes", "9000", "--target-rel-l1", "3"},
       {"--placement", "14/36", "--search-evaluations", "10"},
       {"--placement", "paper", "--search-evaluations", "10"},
-      {"--frame", "elevation", "--search-evaluations", "10"},
       {"--placement", "14/36", "--frame", "half-difference"},
       {"--frame", "half-difference", "--placement", "paper"},
   };
@@ -227,10 +226,10 @@ TEST(Convert, RefusesOptionsOfWhichOneWouldHaveNoEffectAndNamesBoth) {
   EXPECT_THAT(folder.entries(), IsEmpty());
 }
 
-TEST(Convert, SearchesInTheElevationFrameWhereASearchIsAskedFor) {
+TEST(Convert, SearchesInTheElevationFrameToo) {
   const ScratchFolder folder;
   const ProgramRun run = run_sbrdf({"convert", "kurt:wood01", folder / "out.sbrdf", "--frame", "elevation",
-                                    "--placement", "search", "--search-evaluations", "2", "--samples", "400"});
+                                    "--search-evaluations", "2", "--samples", "400"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("after 2 structures tried"));
 }

@@ -51,9 +51,9 @@ std::optional<Placement> parse_steps(std::string_view text) {
 }
 
 Status check_placement(std::string_view text) {
-  if (text == kAuto || text == kSearch || text == kPaper || parse_steps(text)) return ok_status();
+  if (text == kSearch || text == kPaper || parse_steps(text)) return ok_status();
   return usage_error(
-      fmt::format("'{}' is neither auto, search, paper, nor two positive numbers of degrees such as 14/36", text));
+      fmt::format("'{}' is neither search, paper, nor two positive numbers of degrees such as 14/36", text));
 }
 
 /// As a fraction.
@@ -101,12 +101,12 @@ constexpr std::array kOptions = {
                .fallback = kAuto,
                .meaning = "Interpolate the values or their logarithms"},
     OptionSpec{.name = "placement",
-               .unit = "auto|search|paper|E/A",
-               .fallback = kAuto,
+               .unit = "search|paper|E/A",
+               .fallback = kSearch,
                .check = check_placement,
-               .meaning = "Degrees between elevations and between azimuths of the slices in the elevation frame; "
-                          "paper: by the paper's Table 3 from the number of samples; search: nodes by the error on "
-                          "held-back directions; auto: paper if --frame elevation was given, else search"},
+               .meaning =
+                   "Nodes by the error on held-back directions; or, in the elevation frame, by the paper's Table 3 "
+                   "from the number of samples, or so many degrees between elevations and between azimuths"},
     OptionSpec{.name = "theta-max",
                .kind = OptionKind::kNumber,
                .unit = "DEG",
@@ -169,13 +169,10 @@ constexpr std::array<std::string_view, 4> kStopRules = {"samples", "target-mre",
 /// How a file is coded, whatever its samples.
 constexpr std::array<std::string_view, 3> kCoding = {"precision", "chunks", "metadata"};
 
-std::string placement_of(const Options& options) { return options.text("placement").value_or(std::string(kAuto)); }
+std::string placement_of(const Options& options) { return options.text("placement").value_or(std::string(kSearch)); }
 
 // Of the elevation frame: by steps, or by the paper's table.
-bool has_placement(const Options& options) {
-  const std::string text = placement_of(options);
-  return text != kAuto && text != kSearch;
-}
+bool has_placement(const Options& options) { return placement_of(options) != kSearch; }
 
 std::optional<FrameId> frame_of(const Options& options) {
   return value_of(kFrameNames, options.text("frame").value_or(std::string(kAuto)));
@@ -188,16 +185,14 @@ StopRule stop_rule(const Options& options) {
   return SampleCount{options.count("samples").value_or(kDefaultSampleCount)};
 }
 
-// With the elevation frame asked for by name, "auto" is the paper's own rule, too.
 StructureRule structure_rule(const Options& options) {
   const std::string placement = placement_of(options);
-  const std::optional<FrameId> frame = frame_of(options);
-  if (placement == kPaper || (placement == kAuto && frame == FrameId::kElevation)) {
+  if (placement == kPaper) {
     return table_3_placement(options.count("samples").value_or(kDefaultSampleCount));
   }
   if (const auto steps = parse_steps(placement)) return *steps;
   SearchedStructure search;
-  search.frame = frame;
+  search.frame = frame_of(options);
   search.use_mirrors = !options.has("no-mirrors");
   search.evaluations = options.count("search-evaluations").value_or(kDefaultSearchEvaluations);
   return search;
@@ -222,13 +217,8 @@ Status check_slice_options(const Options& options) {
   if (options.text("values") == kFitted && options.text("refine") == "measured") {
     return usage_error("--values fitted: with --refine measured nothing is known of the source between its samples");
   }
-  if (!options.has("search-evaluations")) return ok_status();
-  if (has_placement(options)) {
+  if (options.has("search-evaluations") && has_placement(options)) {
     return usage_error("--search-evaluations: nothing is searched for with --placement " + placement);
-  }
-  if (placement == kAuto && frame_of(options) == FrameId::kElevation) {
-    return usage_error(
-        "--search-evaluations: nothing is searched for with --frame elevation unless --placement search is given, too");
   }
   return ok_status();
 }
