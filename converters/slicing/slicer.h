@@ -66,7 +66,6 @@ class Slicer {
   [[nodiscard]] double precision_for(const Slicing& slicing) const;
   /// The source is zero on one of the two: no relative error can be stated.
   [[nodiscard]] bool all_held_back_zero() const { return all_zero(choice_) || all_zero(report_); }
-  [[nodiscard]] std::size_t held_back_count() const { return report_.pairs.size(); }
 
   /// Rounds the samples to the precision, which it chooses where it is open, and fills report and metadata.
   void finish(Slicing& slicing) const;

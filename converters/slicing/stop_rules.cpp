@@ -38,9 +38,8 @@ class FewestSamples {
   Result<Slicing> run() {
     if (slicer_.all_held_back_zero()) {
       return difference_error(
-          fmt::format("the source is zero on all {} held-back directions: there is no relative error to hold against a "
-                      "target",
-                      slicer_.held_back_count()));
+          "the source is zero on all held-back directions of a draw: there is no relative error to hold against a "
+          "target");
     }
     if (Status status = grow_until_reached(); !status) return status.error();
     if (Status status = narrow(); !status) return status.error();
@@ -48,21 +47,26 @@ class FewestSamples {
   }
 
  private:
-  /// A number of samples, and the error that it reaches [%].
+  /// A number of samples, and the error that it reaches by the directions that choices are made by [%].
   struct Attempt {
     std::uint64_t count = 0;
     double error = 0;
   };
-  struct Reaching {
-    std::uint64_t count = 0;
+  struct Tried {
+    Attempt attempt;
     SlicePlan plan;
   };
-  struct Best {
+  /// The larger of the errors on both draws of directions [%], with the precision that was asked for, or unrounded.
+  struct Least {
     double error = 0;
     Slicing slicing;
   };
+  struct Sized {
+    std::size_t bytes = 0;
+    Slicing slicing;
+  };
 
-  // Afterwards `few_` misses the target, unless it is none, and `enough_` reaches it.
+  // Afterwards `few_` misses the target, unless it is of none, and `enough_` reaches it.
   Status grow_until_reached() {
     std::uint64_t count = kFewestSamples;
     while (true) {
@@ -72,7 +76,7 @@ class FewestSamples {
         enough_ = {count, *error};
         return ok_status();
       }
-      if (count == kMaxSampleCount) return out_of_reach();
+      if (count == kMaxSampleCount || errors_no_longer_fall()) return out_of_reach();
       few_ = {count, *error};
       const double missing = std::pow(*error / target_, kSamplesPerError);
       count = grown(count, std::isfinite(missing) ? std::clamp(missing, kLeastGrowth, kMostGrowth) : kLeastGrowth);
@@ -84,13 +88,23 @@ class FewestSamples {
     return std::min(more, count < kMostSearched ? kMostSearched : kMaxSampleCount);
   }
 
+  // Single errors rise by chance, so it is the least one that counts.
+  bool errors_no_longer_fall() {
+    if (!least_) return false;
+    const bool falls = least_->error < kStillFalls * least_before_;
+    growths_in_vain_ = falls ? 0 : growths_in_vain_ + 1;
+    if (falls) least_before_ = least_->error;
+    return growths_in_vain_ == kMostInVain;
+  }
+
   // Where a line through both errors, drawn over the logarithms, meets the target.
   Status narrow() {
-    for (int k = 0; k < kNarrowings && few_.count != 0 && enough_.count > few_.count + few_.count / 5; ++k) {
+    for (int k = 0; k < kNarrowings && few_.count != 0 && enough_.count > few_.count + few_.count / 5 + 1; ++k) {
       const double width = std::log(static_cast<double>(enough_.count) / static_cast<double>(few_.count));
       const double part = std::log(few_.error / target_) / std::log(few_.error / enough_.error);
       const double inside = std::isfinite(part) ? std::clamp(part, 0.2, 0.8) : 0.5;
-      const auto count = static_cast<std::uint64_t>(static_cast<double>(few_.count) * std::exp(inside * width));
+      const double between = static_cast<double>(few_.count) * std::exp(inside * width);
+      const auto count = std::max(few_.count + 1, static_cast<std::uint64_t>(between));
       const Result<double> error = error_with(count);
       if (!error) return error.error();
       (*error <= target_ ? enough_ : few_) = {count, *error};
@@ -109,29 +123,33 @@ class FewestSamples {
 
   // Infinite where there are too few samples.
   Result<double> error_with(std::uint64_t count, Objective objective) {
-    if (!plan_ || searches(count)) {
-      Result<SlicePlan> plan =
-          slicer_.plan(count, Effort::kFull, objective, steps_.step(searches(count) ? kOneSearch : 0));
-      if (has_too_few(plan)) return refused(plan.error());
-      if (!plan) return plan.error();
-      plan_ = *std::move(plan);
-    }
-    Result<Slicing> slicing = slicer_.sample(*plan_, count, steps_.step(kOneSearch));
+    const Result<SlicePlan> plan = plan_for(count, objective);
+    if (has_too_few(plan)) return refused(plan.error());
+    if (!plan) return plan.error();
+    Result<Slicing> slicing = slicer_.sample(*plan, count, steps_.step(kOneSearch));
     if (has_too_few(slicing)) return refused(slicing.error());
     if (!slicing) return slicing.error();
-    // Where the precision is open, a finer one than any may be needed.
-    const double error = slicer_.error_on_choice(*slicing, slicer_.options().precision.value_or(0));
-    remember(error, *std::move(slicing));
-    if (error <= target_) reaching_.push_back({count, *plan_});
-    return error;
+    const Tried tried = {{count, slicer_.error_on_choice(*slicing, least_rounding())}, *plan};
+    remember(*std::move(slicing));
+    if (tried.attempt.error <= target_) reaching_.push_back(tried);
+    const bool better = count == largest_.attempt.count && tried.attempt.error < largest_.attempt.error;
+    if (count > largest_.attempt.count || better) largest_ = tried;
+    return tried.attempt.error;
   }
 
-  // With more the structure stays as it is, since a search would take minutes.
+  // From kMostSearched samples on the structure stays as it is, since a search would take minutes.
+  Result<SlicePlan> plan_for(std::uint64_t count, Objective objective) {
+    if (searches(count)) return slicer_.plan(count, Effort::kFull, objective, steps_.step(kOneSearch));
+    if (largest_.attempt.count != 0) return largest_.plan;
+    return slicer_.plan(count, Effort::kFull, objective, steps_.step(0));
+  }
+
   [[nodiscard]] bool searches(std::uint64_t count) const {
     return std::holds_alternative<SearchedStructure>(slicer_.options().structure) && count <= kMostSearched;
   }
 
-  static bool by_count(const Reaching& a, const Reaching& b) { return a.count < b.count; }
+  // Where the precision is open, a finer one than any may be needed.
+  [[nodiscard]] double least_rounding() const { return slicer_.options().precision.value_or(0); }
 
   double refused(Error error) {
     steps_.take_back();
@@ -139,44 +157,41 @@ class FewestSamples {
     return std::numeric_limits<double>::infinity();
   }
 
+  // Where nothing that reached the target by one draw of directions reaches it by the other, more samples follow.
   Result<Slicing> verified() {
-    best_.reset();
+    std::uint64_t count = enough_.count;
     while (!smallest_) {
       if (reaching_.empty()) {
-        if (Status status = grow_further(); !status) return status.error();
+        if (count == kMaxSampleCount || errors_no_longer_fall()) return out_of_reach();
+        count = grown(count, kLeastGrowth);
+        if (const Result<double> error = error_with(count); !error) return error.error();
         continue;
       }
-      const auto fewest = std::min_element(reaching_.begin(), reaching_.end(), by_count);
-      const Reaching reaching = std::move(*fewest);
+      const auto fewest = std::min_element(reaching_.begin(), reaching_.end(), has_fewer);
+      const Tried from = std::move(*fewest);
       reaching_.erase(fewest);
-      if (Status status = try_more(reaching); !status) return status.error();
-      if (!smallest_ || slicer_.options().precision) continue;
-      if (Status status = try_fewer(reaching); !status) return status.error();
+      // Up to where the next one takes over.
+      const auto next = std::min_element(reaching_.begin(), reaching_.end(), has_fewer);
+      const std::uint64_t most = next == reaching_.end() ? from.attempt.count * 3 / 2 : next->attempt.count;
+      if (Status status = try_more(from, std::min(most, kMaxSampleCount)); !status) return status.error();
+      if (!smallest_) continue;
+      if (Status status = try_fewer(from); !status) return status.error();
     }
     return std::move(smallest_->slicing);
   }
 
-  // Where nothing that reached the target by one draw of directions reaches it by the other.
-  Status grow_further() {
-    if (enough_.count == kMaxSampleCount) return out_of_reach();
-    enough_.count = grown(enough_.count, kLeastGrowth);
-    const Result<double> error = error_with(enough_.count);
-    return error ? ok_status() : Status(error.error());
-  }
+  static bool has_fewer(const Tried& a, const Tried& b) { return a.attempt.count < b.attempt.count; }
 
   // More samples for as long as fresh directions say that the target is missed. With an open precision, then more still
   // for as long as the coarser samples that they allow take fewer bytes.
-  Status try_more(const Reaching& from) {
-    const double most = kMostRepair * static_cast<double>(from.count);
+  Status try_more(const Tried& from, std::uint64_t most) {
     int larger = 0;
-    for (std::uint64_t count = from.count; larger < kLarger; count += count / 16 + 1) {
-      if (static_cast<double>(count) > most) break;
+    for (std::uint64_t count = from.attempt.count; larger < kLarger; count += count / 16 + 1) {
+      if (count > (smallest_ ? kMaxSampleCount : most)) break;
       Result<Slicing> slicing = slicer_.sample(from.plan, count, steps_.step(kRepair));
       if (!slicing) return slicing.error();
-      const bool reached = set_precision(*slicing);
-      if (!reached) {
-        const double error = slicer_.error_on_report(*slicing, slicer_.options().precision.value_or(0));
-        remember(error, *std::move(slicing));
+      if (!set_precision(*slicing)) {
+        remember(*std::move(slicing));
         continue;
       }
       larger = offer(*std::move(slicing)) ? 0 : larger + 1;
@@ -186,10 +201,10 @@ class FewestSamples {
   }
 
   // What the full search found may reach the target with fewer than the search for their number did.
-  Status try_fewer(const Reaching& from) {
+  Status try_fewer(const Tried& from) {
     int larger = 0;
-    for (std::uint64_t count = from.count - from.count / 16; larger < kLarger && count >= kFewestSamples;
-         count -= count / 16) {
+    for (std::uint64_t count = from.attempt.count - from.attempt.count / 16;
+         larger < kLarger && count >= kFewestSamples; count -= count / 16) {
       Result<Slicing> slicing = slicer_.sample(from.plan, count, steps_.step(kRepair));
       if (has_too_few(slicing)) break;
       if (!slicing) return slicing.error();
@@ -206,12 +221,9 @@ class FewestSamples {
       return slicer_.error_on_report(slicing, precision) <= target_ &&
              (slicer_.options().precision || slicer_.error_on_choice(slicing, precision) <= target_);
     };
-    if (slicer_.options().precision) {
-      slicing.precision = slicer_.options().precision;
-      return reaches(*slicing.precision);
-    }
-    slicing.precision = coarsest_precision(reaches);
-    return slicing.precision.has_value();
+    slicing.precision = slicer_.options().precision ? slicer_.options().precision : coarsest_precision(reaches);
+    if (!slicing.precision) slicing.precision = 0;
+    return reaches(*slicing.precision);
   }
 
   // Whether its file is the smallest one yet.
@@ -222,26 +234,25 @@ class FewestSamples {
     return true;
   }
 
-  void remember(double error, Slicing slicing) {
-    if (!best_ || error < best_->error) best_ = Best{error, std::move(slicing)};
+  void remember(Slicing slicing) {
+    slicing.precision = least_rounding();
+    const double error = std::max(slicer_.error_on_choice(slicing, least_rounding()),
+                                  slicer_.error_on_report(slicing, least_rounding()));
+    if (!least_ || error < least_->error) least_ = Least{error, std::move(slicing)};
   }
 
   [[nodiscard]] Error out_of_reach() const {
-    if (!best_) return refusal_;
+    if (!least_) return refusal_;
     return difference_error(fmt::format(
         "no structure of up to 1,000,000 samples reaches the target of {:.4g} %: the least error, {:.4g} %, "
         "was reached with {} samples in {} bytes",
-        target_, best_->error, best_->slicing.sliced.sample_count(), slicer_.file_size(best_->slicing)));
+        target_, least_->error, least_->slicing.sliced.sample_count(), slicer_.file_size(least_->slicing)));
   }
-
-  struct Sized {
-    std::size_t bytes = 0;
-    Slicing slicing;
-  };
 
   static constexpr int kLarger = 2;  // in a row, until no smaller file is looked for
   static constexpr int kNarrowings = 3;
-  static constexpr double kMostRepair = 1.25;
+  static constexpr int kMostInVain = 4;  // growths in a row without less error
+  static constexpr double kStillFalls = 0.98;
   static constexpr std::uint64_t kMostSearched = 65'536;
   static constexpr double kWorthAnother = 1.5;     // so much above the target
   static constexpr double kSamplesPerError = 1.5;  // exponent: half the error takes 2.8 times the samples, as a rule
@@ -253,9 +264,11 @@ class FewestSamples {
   StepwiseProgress steps_;
   Attempt few_;
   Attempt enough_;
-  std::optional<SlicePlan> plan_;   ///< the last one
-  std::vector<Reaching> reaching_;  ///< what reached the target, by the directions that choices are made by
-  std::optional<Best> best_;
+  std::vector<Tried> reaching_;  ///< what reached the target, by the directions that choices are made by
+  Tried largest_;                ///< the better one of those with most samples
+  std::optional<Least> least_;
+  double least_before_ = std::numeric_limits<double>::infinity();
+  int growths_in_vain_ = 0;
   std::optional<Sized> smallest_;  ///< of those that reach the target
   Error refusal_;
 };

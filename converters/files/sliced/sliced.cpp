@@ -61,9 +61,12 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
                  "samples not placed: every interval is at the smallest gap");
   }
   remarks.push_back({"theta_max_deg", report.theta_max_deg, theta_max_text(report.theta_max_deg)});
+  remarks.push_back({"values_fitted", report.fitted ? 1.0 : 0.0,
+                     report.fitted ? "samples are fitted: they hold what brings the whole nearest to the source"
+                                   : "samples hold what the source has there"});
   remarks.push_back({"precision_percent", 100 * slicing.precision.value_or(0),
                      slicing.precision.value_or(0) == 0
-                         ? "samples are as they were measured"
+                         ? "samples are not rounded"
                          : "samples are rounded to within " + percent_text(100 * *slicing.precision)});
   for (const std::string& reason : report.reasons) remarks.push_back({"choice", 0, reason});
   remark_errors(report, slicing.sliced.channels, told);
