@@ -294,10 +294,15 @@ class Search {
     stopped_ = !options_.progress((done_ + here * static_cast<double>(samples_)) / total_);
   }
 
+  static const char* name_of(Objective objective) {
+    if (objective == Objective::kBoth) return "sqrt(MRE x relative L1)";
+    return objective == Objective::kMre ? "MRE" : "relative L1";
+  }
+
   void reason(const std::string& what, double error) {
     std::array<char, 32> number{};
     std::snprintf(number.data(), number.size(), "%.3g %%", error);
-    reasons_.push_back(what + ": " + number.data());
+    reasons_.push_back(what + ": " + name_of(options_.objective) + " " + number.data());
   }
 
   const std::vector<std::string>& channels_;

@@ -283,7 +283,12 @@ class MostSamples {
   Result<Slicing> run() {
     Result<Slicing> fitting = smallest();
     if (!fitting) return fitting.error();
-    if (const std::size_t size = slicer_.file_size(*fitting); size > limit_) {
+    std::size_t size = slicer_.file_size(*fitting);
+    if (size > limit_ && !slicer_.options().precision) {
+      fitting->precision = tried_precisions().front();  // the coarsest
+      size = slicer_.file_size(*fitting);
+    }
+    if (size > limit_) {
       return difference_error(fmt::format("no file fits into {} bytes: the smallest takes {}, with {} samples", limit_,
                                           size, fitting->sliced.sample_count()));
     }

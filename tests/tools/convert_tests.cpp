@@ -131,7 +131,7 @@ TEST(Convert, EndsWithADifferenceWhereATargetIsOutOfReachAndSaysHowFarItCame) {
   for (const auto& [option, value, what] :
        {std::array{"--target-mre", "0.001", "%, was reached with "},
         {"--target-rel-l1", "0.001", "%, was reached with "},
-        {"--max-bytes", "100", "no file fits into 100 bytes: the smallest takes "}}) {
+        {"--max-bytes", "60", "no file fits into 60 bytes: the smallest takes "}}) {
     // With so large a gap no more samples find a place, however many are tried.
     expect_failure(run_sbrdf({"convert", "kurt:wood01", folder / "out.sbrdf", option, value, "--placement", "28/180",
                               "--minimum-gap", "20", "--values", "measured"}),

@@ -257,7 +257,8 @@ void add_accuracy(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>& 
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_count(*command, "--random", options->accuracy.random_count, {1, 1'000'000'000},
-            "So many random pairs of the 2-degree grid instead of all 54,464,400, and as many off it (else 1,000,000)");
+            "So many random pairs of the 2-degree grid instead of all 54,464,400, and as many off it (else 1,000,000)")
+      ->default_str("");
   add_count(*command, "--seed", options->accuracy.seed, {}, "Of the random pairs");
   command->add_flag("--auto", options->accuracy.automatic,
                     "Frame, domain, nodes and guide by search, samples by true error");

@@ -81,11 +81,28 @@ void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
   remark_count(told, "negative_values", report.negative_values, "sampled values are negative, kept");
 }
 
+// What a copy cannot give back, or loses once more.
+void remark_copy(const DecodedSliced& content, double precision, const Options& options, Report& told) {
+  if (precision > content.precision) {
+    told.remarks.push_back({"precision_percent", 100 * precision,
+                            "samples are rounded again, to within " + percent_text(100 * precision) +
+                                "; how large errors become is not measured, the source is needed for that"});
+  } else if (precision < content.precision && options.has("precision")) {
+    told.remarks.push_back({"precision_before_percent", 100 * content.precision,
+                            "samples of IN were rounded to within " + percent_text(100 * content.precision) +
+                                " already, which a finer precision does not undo"});
+  }
+  if (options.text("metadata") == "full") {
+    told.remarks.push_back({"metadata_kept", 1, "metadata are those of IN: what it left out is not known any more"});
+  }
+}
+
 Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& options, Report& report) {
   const SliceOptions asked = slice_options(options);
   // Without the source there is no error that could choose a precision.
   const EncodeOptions encoding = {asked.precision.value_or(content.precision), asked.chunks};
   report.remarks.push_back({"copied", 1, "copied without sampling again"});
+  remark_copy(content, encoding.precision, options, report);
   SlicedBrdf copy = content.sliced;
   if (encoding.precision != content.precision) copy.metadata = metadata_of_copy(copy.metadata, content.precision);
   if (options.has("metadata") && asked.metadata == MetadataDetail::kNone) copy.metadata.clear();
