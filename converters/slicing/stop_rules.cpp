@@ -130,7 +130,7 @@ class FewestSamples {
     if (has_too_few(slicing)) return refused(slicing.error());
     if (!slicing) return slicing.error();
     const Tried tried = {{count, slicer_.error_on_choice(*slicing, least_rounding())}, *plan};
-    remember(*std::move(slicing));
+    remember(*std::move(slicing), tried.attempt.error);
     if (tried.attempt.error <= target_) reaching_.push_back(tried);
     const bool better = count == largest_.attempt.count && tried.attempt.error < largest_.attempt.error;
     if (count > largest_.attempt.count || better) largest_ = tried;
@@ -191,7 +191,8 @@ class FewestSamples {
       Result<Slicing> slicing = slicer_.sample(from.plan, count, steps_.step(kRepair));
       if (!slicing) return slicing.error();
       if (!set_precision(*slicing)) {
-        remember(*std::move(slicing));
+        const double on_choice = slicer_.error_on_choice(*slicing, least_rounding());
+        remember(*std::move(slicing), on_choice);
         continue;
       }
       larger = offer(*std::move(slicing)) ? 0 : larger + 1;
@@ -221,8 +222,11 @@ class FewestSamples {
       return slicer_.error_on_report(slicing, precision) <= target_ &&
              (slicer_.options().precision || slicer_.error_on_choice(slicing, precision) <= target_);
     };
-    slicing.precision = slicer_.options().precision ? slicer_.options().precision : coarsest_precision(reaches);
-    if (!slicing.precision) slicing.precision = 0;
+    if (!slicer_.options().precision) {
+      slicing.precision = coarsest_precision(reaches);
+      if (slicing.precision) return true;
+    }
+    slicing.precision = least_rounding();
     return reaches(*slicing.precision);
   }
 
@@ -234,10 +238,9 @@ class FewestSamples {
     return true;
   }
 
-  void remember(Slicing slicing) {
+  void remember(Slicing slicing, double error_on_choice) {
     slicing.precision = least_rounding();
-    const double error = std::max(slicer_.error_on_choice(slicing, least_rounding()),
-                                  slicer_.error_on_report(slicing, least_rounding()));
+    const double error = std::max(error_on_choice, slicer_.error_on_report(slicing, least_rounding()));
     if (!least_ || error < least_->error) least_ = Least{error, std::move(slicing)};
   }
 
