@@ -42,6 +42,17 @@ class Capabilities {
   std::uint8_t bits_ = 0;
 };
 
+/// What a file of a format can say about a material; `sbrdf formats` prints it. Writers tell in their reports what of a
+/// source was lost.
+struct Holds {
+  bool anisotropic = true;           ///< values may depend on both azimuths
+  bool non_reciprocal = true;        ///< f(i,v) and f(v,i) may differ
+  bool unmeasured = false;           ///< directions without a value can be told from black
+  bool negatives = true;             ///< values below 0 come back as they are
+  std::string_view channels = "RGB"; ///< for people: "RGB", "1 or 3", "any", "1"
+  std::string_view values = "";      ///< for people: "float32", "float64", "lossless or bounded"
+};
+
 /// Something a conversion changed or lost, for people (`text`) and for scripts (`key`, `value`).
 struct Remark {
   std::string key;  ///< such as "reciprocity_residual_percent"
@@ -81,6 +92,7 @@ struct Format {
   std::string_view description;
   std::string_view page;  ///< in specs/; it tells of every option
   Capabilities capabilities;
+  Holds holds;
   std::span<const OptionSpec> options;
 
   /// `head` are the first kHeadSize bytes, or all where there are fewer, and at least one. No row may be sure of a file

@@ -42,6 +42,7 @@ const std::array kFormats = {
            .page = "sbrdf.md",
            .capabilities = {Capability::kRead, Capability::kWrite, Capability::kParts, Capability::kLevels,
                             Capability::kBundled, Capability::kMetadata},
+           .holds = {.unmeasured = true, .channels = "any", .values = "lossless or within a stored bound"},
            .options = sliced_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(is_container(head)); },
            .open = open_sliced,
@@ -52,6 +53,7 @@ const std::array kFormats = {
            .description = "MERL table, isotropic, half/difference angles",
            .page = "merl.md",
            .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.anisotropic = false, .non_reciprocal = false, .unmeasured = true, .values = "float64"},
            .options = merl_options(),
            .recognise = recognise_merl,
            .open = [](Bytes bytes, const Options& options) { return open_merl(std::move(bytes), options); },
@@ -61,6 +63,7 @@ const std::array kFormats = {
            .description = "RGL tensor file, RGB",
            .page = "rgl.md",
            .capabilities = {Capability::kRead},
+           .holds = {.values = "float32"},
            .options = rgl_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_rgl(head)); },
            .open = open_rgl},
@@ -69,6 +72,7 @@ const std::array kFormats = {
            .description = "bundle of sliced BRDFs; FILE.sbrdfz:NAME is one of them",
            .page = "sbrdfz.md",
            .capabilities = {Capability::kRead, Capability::kManyMaterials},
+           .holds = {.unmeasured = true, .channels = "any", .values = "as .sbrdf"},
            .options = bundle_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(is_bundle(head)); },
            .open = open_bundle,
@@ -78,6 +82,7 @@ const std::array kFormats = {
            .description = "parameters of a Kurt model",
            .page = "kurt.md",
            .capabilities = {Capability::kRead},
+           .holds = {.negatives = false, .values = "formula"},
            .options = {},
            .recognise = [](Head head, std::uint64_t) { return recognise_kurt_file(head); },
            .open = [](Bytes bytes, const Options&) { return open_kurt_file(*bytes); }},
@@ -153,6 +158,8 @@ class CountingSink final : public ByteSink {
     }
     return sink_.write(offset, bytes);
   }
+  [[nodiscard]] std::string path() const override { return sink_.path(); }
+  [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override { return sink_.sibling(suffix); }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
  private:

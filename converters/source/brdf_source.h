@@ -16,6 +16,7 @@ namespace sbrdf::internal {
 
 class ByteSource;
 struct DecodedSliced;
+struct DenseTable;
 
 /// Something the reader saw in a file that its user should know: negative cells, unmeasured cells and the like.
 struct Finding {
@@ -69,6 +70,10 @@ class BrdfSource {
   /// The slices of a source that consists of slices, such as a sliced file; valid as long as the source. nullptr
   /// otherwise.
   [[nodiscard]] virtual const DecodedSliced* sliced() const { return nullptr; }
+
+  /// The grid of a source that consists of one, with the value at each node as it was read; valid as long as the source.
+  /// nullptr otherwise, and where the table is not of a kind that a grid describes (patches, scattered samples).
+  [[nodiscard]] virtual const DenseTable* table() const { return nullptr; }
 
   /// The file of a format (the name of its row) that says exactly what this source says: its bytes are a perfect copy.
   /// nullptr where there is none of that format, and where options of reading changed the meaning of the values.

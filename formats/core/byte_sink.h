@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <mutex>
 #include <span>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,13 @@ class ByteSink {
 
   /// kIo where the operating system refuses.
   [[nodiscard]] virtual Status write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
+
+  /// Where the file lies while it is written, for libraries that insist on opening it themselves; empty where it has no
+  /// place. Whoever let one write there tells how large the file became: `write(size, {})`.
+  [[nodiscard]] virtual std::string path() const { return {}; }
+  /// A second file that belongs to this one and appears along with it: its name is that of this one followed by
+  /// `suffix`, such as ".json". Lives as long as this. nullptr where there can be none; kIo as `write`.
+  [[nodiscard]] virtual Result<ByteSink*> sibling(std::string_view /*suffix*/) { return nullptr; }
 };
 
 /// A file that stays in memory.

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,11 @@ class ByteSource {
   [[nodiscard]] virtual std::optional<std::span<const std::byte>> view() const { return std::nullopt; }
   /// Where the file lies, for libraries that insist on opening it themselves; empty for bytes that are no whole file.
   [[nodiscard]] virtual std::string path() const { return {}; }
+  /// The file that belongs to this one and has its name followed by `suffix`, such as ".json"; nullptr where there is
+  /// none, or for bytes that are no file. kIo where it cannot be read.
+  [[nodiscard]] virtual Result<std::shared_ptr<const ByteSource>> sibling(std::string_view /*suffix*/) const {
+    return std::shared_ptr<const ByteSource>();
+  }
 };
 
 /// Bytes that somebody else keeps, at least for as long as this lives: a file read whole, or mapped.
@@ -56,7 +62,7 @@ class MemorySource final : public ByteSource {
 };
 
 /// Bytes of its own.
-class OwnedMemorySource final : public ByteSource {
+class OwnedMemorySource : public ByteSource {
  public:
   /// `path` is that of the file that they were read from; may be empty.
   explicit OwnedMemorySource(std::vector<std::byte> bytes, std::string path = {})

@@ -131,7 +131,20 @@ Status AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes)
   return ok_status();
 }
 
+std::string AtomicFile::path() const { return name_.empty() ? path_of(file_) : name_; }
+
+Result<ByteSink*> AtomicFile::sibling(std::string_view suffix) {
+  Result<std::unique_ptr<AtomicFile>> file = create(target_.string() + std::string(suffix));
+  if (!file) return file.error();
+  siblings_.push_back(*std::move(file));
+  return siblings_.back().get();
+}
+
 Status AtomicFile::commit() {
+  for (const auto& sibling : siblings_) {
+    if (Status committed = sibling->commit(); !committed) return committed;
+    if (!name_.empty()) remove_on_abort(name_.c_str());
+  }
   struct stat before {};
   const bool replaces = ::stat(target_.c_str(), &before) == 0;
   if (replaces && !S_ISREG(before.st_mode)) return io_error("exists and is not an ordinary file");

@@ -6,6 +6,8 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "formats/core/byte_sink.h"
 #include "formats/core/result.h"
@@ -40,6 +42,11 @@ class AtomicFile final : public ByteSink {
   /// From any number of threads at once. kIo where the operating system refuses, interrupted_error() after a signal.
   [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override;
 
+  /// Also of a file without a name: one by which this process can open it.
+  [[nodiscard]] std::string path() const override;
+  /// Gets its own name in commit() of this one, just before.
+  [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override;
+
   /// Waits for the disk and gives the file its name, with the permissions of the file that it replaces. Once, after all
   /// writing. kIo and interrupted_error() as for write(): what was at `path` is untouched then.
   [[nodiscard]] Status commit();
@@ -51,6 +58,7 @@ class AtomicFile final : public ByteSink {
   std::filesystem::path target_;
   Descriptor file_;
   std::string name_;  ///< of the temporary file, removed with this; empty where it has none
+  std::vector<std::unique_ptr<AtomicFile>> siblings_;
 };
 
 /// Whether AtomicFile::create() succeeds now: for asking before long work. Leaves nothing behind.

@@ -24,6 +24,21 @@ namespace {
 
 constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes between two looks at the interrupt
 
+Result<std::shared_ptr<const ByteSource>> open_sibling(const std::string& path, std::string_view suffix) {
+  const std::string name = path + std::string(suffix);
+  if (!is_ordinary_file(name)) return std::shared_ptr<const ByteSource>();
+  return open_file(name);
+}
+
+/// A file read whole.
+class ReadSource final : public OwnedMemorySource {
+ public:
+  using OwnedMemorySource::OwnedMemorySource;
+  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
+    return open_sibling(path(), suffix);
+  }
+};
+
 class MappedSource final : public ByteSource {
  public:
   MappedSource(void* first, std::size_t size, std::string path) : first_(first), size_(size), path_(std::move(path)) {}
@@ -42,6 +57,9 @@ class MappedSource final : public ByteSource {
     return std::span(static_cast<const std::byte*>(first_), size_);
   }
   [[nodiscard]] std::string path() const override { return path_; }
+  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
+    return open_sibling(path_, suffix);
+  }
 
  private:
   void* first_;
@@ -130,7 +148,7 @@ Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path&
   }
   Result<std::vector<std::byte>> bytes = read_file(path);
   if (!bytes) return bytes.error();
-  return std::shared_ptr<const ByteSource>(std::make_shared<OwnedMemorySource>(*std::move(bytes), path.string()));
+  return std::shared_ptr<const ByteSource>(std::make_shared<ReadSource>(*std::move(bytes), path.string()));
 }
 
 bool exists(const std::filesystem::path& path) {

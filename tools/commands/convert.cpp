@@ -78,6 +78,8 @@ class OutputSink final : public ByteSink {
     if (!written) failed_ = true;
     return written;
   }
+  [[nodiscard]] std::string path() const override { return file_.path(); }
+  [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override { return file_.sibling(suffix); }
   [[nodiscard]] bool failed() const { return failed_; }
 
  private:

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "converters/files/value_policy.h"
+#include "converters/files/value_options.h"
 #include "converters/source/brdf_source.h"
 #include "formats/core/byte_source.h"
 #include "formats/merl/merl.h"

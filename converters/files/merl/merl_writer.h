@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "converters/files/format.h"
-#include "converters/files/value_policy.h"
+#include "converters/files/value_options.h"
 #include "formats/merl/merl.h"
 
 namespace sbrdf::internal {

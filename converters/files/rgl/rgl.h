@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "converters/files/value_policy.h"
+#include "converters/files/value_options.h"
 #include "converters/source/brdf_source.h"
 #include "formats/core/byte_source.h"
 #include "formats/core/result.h"
