@@ -30,7 +30,7 @@ if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDE
 endif()
 # pkg-config: paths relative to the file itself, so that the installed tree can be moved.
 file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
-set(pc_private "libzstd fmt zlib")
+set(pc_private "libzstd fmt zlib hdf5 OpenEXR pugixml")
 if(SBRDF_WITH_TBB)
   string(APPEND pc_private " tbb")
 endif()
@@ -38,6 +38,7 @@ set(pc_requires "Requires.private: ${pc_private}")
 if(sbrdf_is_static)
   # There is nothing but the archive to link, so what it needs is needed always.
   set(pc_requires "Requires: ${pc_private}")
+  set(pc_public_libraries " -lhdf5_hl") # belongs to hdf5, whose own file does not name it
 endif()
 configure_file(${CMAKE_CURRENT_LIST_DIR}/sbrdf.pc.in ${PROJECT_BINARY_DIR}/sbrdf.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/sbrdf.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
