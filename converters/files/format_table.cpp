@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "converters/files/foreign.h"
+#include "converters/files/hdf5/hdf5_file.h"
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
@@ -20,6 +21,7 @@
 #include "converters/files/sliced/sliced.h"
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
+#include "formats/table/hdf5_table.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -77,6 +79,16 @@ const std::array kFormats = {
            .recognise = [](Head head, std::uint64_t) { return whole_if(is_bundle(head)); },
            .open = open_bundle,
            .material = material_of_bundle},
+    Format{.name = "hdf5",
+           .extension = ".h5",
+           .description = "dense table in HDF5, any grid",
+           .page = "hdf5.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
+           .options = hdf5_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(is_hdf5(head)); },
+           .open = open_hdf5,
+           .save = save_hdf5},
     Format{.name = "kurt",
            .extension = ".json",
            .description = "parameters of a Kurt model",

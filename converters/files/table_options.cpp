@@ -17,7 +17,7 @@ Status check_grid_text(std::string_view text) {
 Grid grid_for(const BrdfSource& source, const Options& options) {
   if (const auto text = options.text("grid")) return parse_grid(*text).value();
   if (source.table() != nullptr) return source.table()->grid;
-  return parse_grid(source.traits().isotropic ? "difference/0:5:5:10" : "5:10:5:10").value();
+  return parse_grid(source.traits().isotropic ? "difference/0:2:2:2" : "5:5:5:5").value();
 }
 
 ValueType type_for(const BrdfSource& source, const Grid& grid, const Options& options) {

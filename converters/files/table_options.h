@@ -24,7 +24,7 @@ namespace sbrdf::internal {
   return {.name = "grid",
           .use = OptionUse::kBoth,
           .unit = "GRID",
-          .fallback = "that of an IN that is a table, else 5:10:5:10",
+          .fallback = "that of an IN that is a table, else 5:5:5:5, isotropic difference/0:2:2:2",
           .check = check_grid_text,
           .meaning =
               "Nodes of a dense table, as steps [degrees] or lists along theta_i:phi_i:theta_v:phi_v, such as "
@@ -43,7 +43,7 @@ inline constexpr auto kValueTypeChoices = names_of(kValueTypeNames);
 }
 
 /// The grid that a dense table of a source has: that of --grid, that of the source's own table, or one for a source
-/// that is none: 5 and 10 degrees, with one phi_i where it is isotropic.
+/// that is none: every 5 degrees, or every 2 with one phi_i where it is isotropic.
 [[nodiscard]] Grid grid_for(const BrdfSource& source, const Options& options);
 /// Likewise the numbers.
 [[nodiscard]] ValueType type_for(const BrdfSource& source, const Grid& grid, const Options& options);

@@ -28,7 +28,7 @@ std::vector<WeightedPair> draw_pairs(const BrdfSource& source) {
     }
     return pairs;
   }
-  const HighlightDraw draw(source.traits().theta_max_deg);
+  const HighlightDraw draw(source.traits().slice_theta_max_deg);
   for (std::size_t k = 0; k < kMost; ++k) pairs.push_back(draw(random));
   return pairs;
 }

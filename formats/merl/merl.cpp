@@ -40,9 +40,7 @@ Result<MerlShape> parse_counts(std::span<const std::byte> head) {
   return shape;
 }
 
-std::uint64_t float32_file_size(const MerlShape& shape) {
-  return kMerlHeaderSize + kMerlChannelCount * sizeof(float) * merl_cell_count(shape);
-}
+std::uint64_t float32_file_size(const MerlShape& shape) { return merl_file_size(shape, sizeof(float)); }
 
 // Sane counts in the other order, and a size that fits them: too much for chance.
 bool is_big_endian(std::span<const std::byte> head, std::uint64_t file_size) {
@@ -80,8 +78,16 @@ Result<MerlShape> parse_merl_shape(std::span<const std::byte> head, std::uint64_
                       std::min(file_size, expected));
 }
 
+Result<MerlHead> parse_merl_head(std::span<const std::byte> head, std::uint64_t file_size) {
+  const Result<MerlShape> counts = parse_counts(head);
+  if (counts && file_size == float32_file_size(*counts)) return MerlHead{*counts, sizeof(float)};
+  const Result<MerlShape> shape = parse_merl_shape(head, file_size);
+  if (!shape) return shape.error();
+  return MerlHead{*shape, sizeof(double)};
+}
+
 bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size) {
-  return parse_merl_shape(head, file_size).ok();
+  return parse_merl_head(head, file_size).ok();
 }
 
 bool resembles_merl(std::span<const std::byte> head, std::uint64_t file_size) {

@@ -42,8 +42,8 @@ struct MerlTable {
   return phi_d_index + shape[2] * (theta_d_index + shape[1] * theta_h_index);
 }
 /// Bytes of the file. Cannot wrap for counts up to kMerlMaxCount.
-[[nodiscard]] constexpr std::uint64_t merl_file_size(const MerlShape& shape) {
-  return kMerlHeaderSize + kMerlChannelCount * sizeof(double) * merl_cell_count(shape);
+[[nodiscard]] constexpr std::uint64_t merl_file_size(const MerlShape& shape, std::size_t value_size = sizeof(double)) {
+  return kMerlHeaderSize + kMerlChannelCount * value_size * merl_cell_count(shape);
 }
 /// Every count is in [1, kMerlMaxCount].
 [[nodiscard]] bool is_sane_merl_shape(const MerlShape& shape);
@@ -60,13 +60,22 @@ struct MerlTable {
 /// The inverse of merl_theta_h, for theta_h in [0, pi/2].
 [[nodiscard]] double merl_theta_h_position(double theta_h, std::uint32_t count);
 
-/// The shape of a table, from the first bytes of a file (kMerlHeaderSize suffice) and its whole size. kInvalidFile
-/// where the header is cut off, where a count is outside [1, kMerlMaxCount], or where the size is not exactly that of
-/// the shape; kUnsupported, saying so, where the size is that of 32-bit floats or the counts make sense as big-endian
-/// ones.
+/// What a header and the size of a file tell.
+struct MerlHead {
+  MerlShape shape = {0, 0, 0};
+  std::size_t value_size = sizeof(double);  ///< bytes of a number: 8, or 4 of a table that an array library saved
+};
+
+/// The head of a table of either kind of number; errors as of parse_merl_shape.
+[[nodiscard]] Result<MerlHead> parse_merl_head(std::span<const std::byte> head, std::uint64_t file_size);
+
+/// The shape of a table of 64-bit floats, from the first bytes of a file (kMerlHeaderSize suffice) and its whole size.
+/// kInvalidFile where the header is cut off, where a count is outside [1, kMerlMaxCount], or where the size is not
+/// exactly that of the shape; kUnsupported, saying so, where the size is that of 32-bit floats or the counts make sense
+/// as big-endian ones.
 [[nodiscard]] Result<MerlShape> parse_merl_shape(std::span<const std::byte> head, std::uint64_t file_size);
 
-/// The file is a whole MERL table: parse_merl_shape takes it.
+/// The file is a whole MERL table: parse_merl_head takes it.
 [[nodiscard]] bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size);
 
 /// The file begins as a MERL table does but may have another size, or is one in big-endian order. Text and the other

@@ -43,6 +43,8 @@ std::vector<std::string> values_of(const OptionSpec& option) {
       {"precision", {"lossless", "0.1%", "0.1", "50%", "0.0001%"}},
       {"merl-shape", {"1,1,1", "90,90,180", "4096,4096,4096"}},
       {"material", {"a"}},
+      {"grid", {"5:10:5:10", "utia", "merl", "difference/0:5:5:10", "0,1,90:0,90:0,45:0,180", "mirror/90:15:30:10"}},
+      {"hdf5-dataset", {"f_r", "group/table"}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -65,6 +67,9 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       {"precision", {"", "%", "0", "51%", "0.00001%", "1e400", "Lossless"}},
       {"merl-shape", {"", "90", "90,90", "90,90,", "90,90,180,", "0,1,1", "1,4097,1", "90x90x180", "1, 1, 1"}},
       {"material", {}},
+      {"grid", {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "-5:10:5:10", "0,95:0:0:0", "5,4:0:0:0", "x:1:1:1", "polar/5:5:5:5",
+                "5:0,360:5:10", "nan:1:1:1", "1e-9:1:1:1"}},
+      {"hdf5-dataset", {}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -357,8 +362,9 @@ struct Saved {
 
 /// Little work for any writer.
 Options small_options(std::string_view format) {
-  return format == "merl" ? Options().set("merl-shape", "6,6,6")
-                          : Options().set("samples", "60").set("placement", "40/180");
+  if (format == "merl") return Options().set("merl-shape", "6,6,6");
+  if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
+  return Options().set("grid", "45:90:45:90");
 }
 
 /// With nothing to choose and nothing fitted, too.

@@ -61,12 +61,29 @@ inline Bytes bundle() {
   return emit_bundle(inputs).value();
 }
 
+/// A dense table of a few nodes.
+inline Bytes make_hdf5() {
+  const auto source = make_kurt_source(parse_kurt_json(kKurtJson).value());
+  MemorySink sink;
+  Report report;
+  const Options options = Options().set("grid", "difference/0:45:45:90");
+  if (Status saved = save_source(*find_writer(".h5").value(), *source, sink, options, report); !saved) {
+    throw std::runtime_error(saved.error().message);
+  }
+  return std::move(sink).take();
+}
+inline Bytes hdf5() {
+  static const Bytes file = make_hdf5();
+  return file;
+}
+
 /// A valid file of a row of the format table. A new row needs one here.
 inline Bytes of(std::string_view format) {
   if (format == "merl") return merl();
   if (format == "sbrdf") return sliced();
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
+  if (format == "hdf5") return hdf5();
   if (format == "rgl") return rgl_testing::emit(rgl_testing::SmallMaterial().fields());
   throw std::runtime_error("no small file of the format " + std::string(format));
 }

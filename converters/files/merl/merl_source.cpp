@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,38 +31,53 @@ constexpr std::size_t kAhead = 16;
 using Colour = std::array<double, kMerlChannelCount>;
 using Planes = std::array<const std::byte*, kMerlChannelCount>;
 
-double value_at(const std::byte* plane, std::uint64_t index) {
-  double value;
-  std::memcpy(&value, plane + sizeof(double) * index, sizeof value);
+template <class T>
+double number_at(const std::byte* plane, std::uint64_t index) {
+  T value;
+  std::memcpy(&value, plane + sizeof(T) * index, sizeof value);
   return value;
 }
 
-Colour colour_at(const Planes& planes, std::uint64_t cell) {
-  return {value_at(planes[0], cell), value_at(planes[1], cell), value_at(planes[2], cell)};
+Colour colour_in(const Planes& planes, std::size_t value_size, std::uint64_t cell) {
+  if (value_size == sizeof(float)) {
+    return {number_at<float>(planes[0], cell), number_at<float>(planes[1], cell), number_at<float>(planes[2], cell)};
+  }
+  return {number_at<double>(planes[0], cell), number_at<double>(planes[1], cell), number_at<double>(planes[2], cell)};
 }
 
 bool is_finite(double value, std::size_t channel) { return std::fabs(value * kMerlScale[channel]) <= kMerlLargest; }
 
 /// Two neighbouring cells along an axis and the weight of the second.
-struct Bracket {
+struct CellBracket {
   std::uint64_t low, high;
   float weight;
 };
 
 /// `centred` is the position minus 0.5, so that whole numbers are cell centres.
-Bracket bracket_clamped(double centred, std::uint32_t count) {
+CellBracket bracket_clamped(double centred, std::uint32_t count) {
   const double inside = std::clamp(centred, 0.0, count - 1.0);
   const auto low = static_cast<std::uint64_t>(inside);
   return {low, std::min<std::uint64_t>(low + 1, count - 1), static_cast<float>(inside - static_cast<double>(low))};
 }
 
-/// `phi_d` in [0, 2 pi): by reciprocity its second half repeats the first.
-Bracket bracket_phi_d(double phi_d, std::uint32_t count) {
-  const double centred = (phi_d < kPi ? phi_d : phi_d - kPi) / kPi * count - 0.5;
+/// `centred` is likewise, of an axis that closes.
+CellBracket bracket_closed(double centred, std::uint32_t count) {
   const double below = std::floor(centred);
-  const std::uint64_t low = below < 0 ? count - 1 : static_cast<std::uint64_t>(below);
+  const std::uint64_t low =
+      below < 0 ? count - 1 : std::min<std::uint64_t>(static_cast<std::uint64_t>(below), count - 1);
   return {low, low + 1 < count ? low + 1 : 0, static_cast<float>(centred - below)};
 }
+
+/// The cell that a position lies in.
+CellBracket bracket_nearest(double position, std::uint32_t count) {
+  const auto cell = static_cast<std::uint64_t>(std::clamp(position, 0.0, count - 1.0));
+  return {cell, cell, 0};
+}
+
+/// What phi_d covers.
+double turn_of(const MerlConvention& convention) { return convention.turn == MerlTurn::kFull ? 2 * kPi : kPi; }
+/// From a cell's lower edge to its value, in cells.
+double offset_of(const MerlConvention& convention) { return convention.position == MerlPosition::kEdge ? 0 : 0.5; }
 
 }  // namespace
 
@@ -91,14 +107,18 @@ namespace {
 /// Looks at the cells of a table.
 class CensusTaker {
  public:
-  CensusTaker(const Planes& planes, const MerlShape& shape, const ValuePolicy& policy)
-      : planes_(planes), shape_(shape), cell_count_(merl_cell_count(shape)), policy_(policy) {}
+  CensusTaker(const Planes& planes, const MerlHead& head, const MerlConvention& convention, const ValuePolicy& policy)
+      : planes_(planes),
+        head_(head),
+        convention_(convention),
+        cell_count_(merl_cell_count(head.shape)),
+        policy_(policy) {}
 
   [[nodiscard]] MerlCensus take(std::uint64_t first, std::uint64_t end) const {
     MerlCensus census;
     for (std::uint64_t cell = first; cell < end; ++cell) {
-      const bool mark = add_cell(cell, colour_at(planes_, cell), census);
-      if (mark && above_horizon(merl_cell_centre(shape_, cell))) ++census.marks_above;
+      const bool mark = add_cell(cell, colour_in(planes_, head_.value_size, cell), census);
+      if (mark && above_horizon(merl_cell_pair(head_.shape, convention_, cell))) ++census.marks_above;
     }
     return census;
   }
@@ -132,18 +152,32 @@ class CensusTaker {
   }
 
   const Planes& planes_;
-  const MerlShape& shape_;
+  MerlHead head_;
+  const MerlConvention& convention_;
   std::uint64_t cell_count_;
   const ValuePolicy& policy_;
 };
 
 }  // namespace
 
-DirectionPair merl_cell_centre(const MerlShape& shape, std::uint64_t cell) {
-  const auto centre = [](std::uint64_t index) { return static_cast<double>(index) + 0.5; };
-  return pair_from_half_difference({merl_theta_h(centre(cell / shape[2] / shape[1]), shape[0]), 0,
-                                    merl_theta_d(centre(cell / shape[2] % shape[1]), shape[1]),
-                                    merl_phi_d(centre(cell % shape[2]), shape[2])});
+DirectionPair merl_cell_pair(const MerlShape& shape, const MerlConvention& convention, std::uint64_t cell) {
+  const auto at = [&](std::uint64_t index) { return static_cast<double>(index) + offset_of(convention); };
+  return pair_from_half_difference({merl_theta_h(at(cell / shape[2] / shape[1]), shape[0]), 0,
+                                    merl_theta_d(at(cell / shape[2] % shape[1]), shape[1]),
+                                    at(cell % shape[2]) / shape[2] * turn_of(convention)});
+}
+
+Grid merl_cell_grid(const MerlShape& shape, const MerlConvention& convention) {
+  const bool full = convention.turn == MerlTurn::kFull;
+  const double at = offset_of(convention);
+  std::vector<double> theta_h(shape[0]);
+  for (std::uint32_t k = 0; k < shape[0]; ++k) theta_h[k] = 90 * std::pow((k + at) / shape[0], 2);
+  const double d = 90.0 / shape[1];
+  const double p = (full ? 360.0 : 180.0) / shape[2];
+  return {
+      GridFrame::kHalfDifference,
+      {GridAxis(), GridAxis(std::move(theta_h), Ends::kHeld, Spacing::kRoot), GridAxis(even_nodes(at * d, d, shape[1])),
+       GridAxis(even_nodes(at * p, p, shape[2]), full ? Ends::kFullTurn : Ends::kHalfTurn)}};
 }
 
 std::string merl_cell_name(const MerlShape& shape, std::uint64_t cell, std::size_t channel) {
@@ -155,33 +189,153 @@ std::size_t merl_negative_channels(const std::array<double, kMerlChannelCount>& 
   return static_cast<std::size_t>(std::count_if(values.begin(), values.end(), [](double value) { return value < 0; }));
 }
 
-Result<std::unique_ptr<MerlSource>> MerlSource::make(std::shared_ptr<const ByteSource> file,
-                                                     const ValuePolicy& policy) {
-  const Result<std::vector<std::byte>> head = read_start(*file, kMerlHeaderSize);
+namespace {
+
+/// How two readings of the third dimension fit the cells of a table.
+class TurnJudge {
+ public:
+  TurnJudge(const Planes& planes, const MerlHead& head, MerlPosition position)
+      : planes_(planes), head_(head), half_{position, MerlTurn::kHalf}, full_{position, MerlTurn::kFull} {}
+
+  /// Nothing where the content does not tell.
+  [[nodiscard]] std::optional<MerlTurn> judge() {
+    constexpr std::uint64_t kMostCells = std::uint64_t{1} << 18U;
+    const std::uint64_t count = merl_cell_count(head_.shape);
+    // Odd, so that every column is met.
+    const std::uint64_t stride = std::max<std::uint64_t>(1, count / kMostCells) | 1U;
+    for (std::uint64_t cell = 0; cell < count; cell += stride) add(cell);
+    const double told = blank_half_ + blank_full_;
+    if (told >= kFewest) {
+      // A blank cell above the horizon of one reading is below that of the other.
+      if (blank_full_ > kShare * told && filled_full_ < (1 - kShare) * (blank_full_ + 1)) return MerlTurn::kFull;
+      if (blank_half_ > kShare * told && filled_half_ < (1 - kShare) * (blank_half_ + 1)) return MerlTurn::kHalf;
+      return std::nullopt;
+    }
+    if (across_ > 0.01 * sum_ && opposite_ < 0.25 * across_) return MerlTurn::kFull;
+    if (across_ > 0.01 * sum_ && opposite_ > 0.8 * across_) return MerlTurn::kHalf;
+    return std::nullopt;
+  }
+
+ private:
+  static constexpr double kFewest = 16;
+  static constexpr double kShare = 0.95;
+
+  void add(std::uint64_t cell) {
+    const double value = grey(cell);
+    const bool blank = !(value > 0);
+    const bool in_half = above_horizon(merl_cell_pair(head_.shape, half_, cell));
+    const bool in_full = above_horizon(merl_cell_pair(head_.shape, full_, cell));
+    if (in_half && !in_full) ++(blank ? blank_full_ : filled_full_);
+    if (in_full && !in_half) ++(blank ? blank_half_ : filled_half_);
+    if (blank) return;
+    const std::uint64_t row = cell - cell % head_.shape[2];
+    const auto along = [&](std::uint32_t step) { return grey(row + (cell - row + step) % head_.shape[2]); };
+    const double opposite = along(head_.shape[2] / 2);
+    const double across = along(head_.shape[2] / 4);
+    if (!(opposite > 0) || !(across > 0)) return;
+    sum_ += value;
+    opposite_ += std::abs(opposite - value);
+    across_ += std::abs(across - value);
+  }
+  [[nodiscard]] double grey(std::uint64_t cell) const {
+    const Colour colour = colour_in(planes_, head_.value_size, cell);
+    return (colour[0] + colour[1] + colour[2]) / 3;
+  }
+
+  const Planes& planes_;
+  MerlHead head_;
+  MerlConvention half_, full_;
+  double blank_half_ = 0, blank_full_ = 0;    ///< no value, and below the horizon of this reading alone
+  double filled_half_ = 0, filled_full_ = 0;  ///< a value, and below the horizon of this reading alone
+  double sum_ = 0, opposite_ = 0, across_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<MerlSource>> MerlSource::make(std::shared_ptr<const ByteSource> file, const ValuePolicy& policy,
+                                                     const MerlConvention& convention) {
+  const Result<std::vector<std::byte>> start = read_start(*file, kMerlHeaderSize);
+  if (!start) return start.error();
+  const Result<MerlHead> head = parse_merl_head(*start, file->size());
   if (!head) return head.error();
-  const Result<MerlShape> shape = parse_merl_shape(*head, file->size());
-  if (!shape) return shape.error();
   Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(file));
   if (!viewed) return viewed.error();
-  std::unique_ptr<MerlSource> source(new MerlSource(*std::move(viewed), *shape, policy));
+  std::unique_ptr<MerlSource> source(new MerlSource(*std::move(viewed), *head, policy, convention));
+  source->settle_turn();
   if (Status usable = source->examine(); !usable) return usable.error();
+  if (convention.lookup == MerlLookup::kLinear) source->table_ = source->make_table();
   return source;
 }
 
-MerlSource::MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape, const ValuePolicy& policy)
-    : file_(std::move(file)), shape_(shape), cell_count_(merl_cell_count(shape)), policy_(policy) {
+MerlSource::MerlSource(std::shared_ptr<const ByteSource> file, const MerlHead& head, const ValuePolicy& policy,
+                       const MerlConvention& convention)
+    : file_(std::move(file)),
+      shape_(head.shape),
+      value_size_(head.value_size),
+      convention_(convention),
+      cell_count_(merl_cell_count(head.shape)),
+      policy_(policy) {
   const std::byte* values = file_->view()->data() + kMerlHeaderSize;
-  for (std::size_t c = 0; c < planes_.size(); ++c) planes_[c] = values + sizeof(double) * cell_count_ * c;
+  for (std::size_t c = 0; c < planes_.size(); ++c) planes_[c] = values + value_size_ * cell_count_ * c;
   traits_.format = "merl";
-  traits_.description = fmt::format("MERL table, {} x {} x {} cells", shape_[0], shape_[1], shape_[2]);
+  traits_.description = fmt::format("MERL table, {} x {} x {} cells{}", shape_[0], shape_[1], shape_[2],
+                                    value_size_ == sizeof(float) ? ", float32" : "");
   traits_.channels = {"R", "G", "B"};
-  traits_.isotropic = traits_.reciprocal = true;
+  traits_.isotropic = true;
   traits_.shape.assign(shape_.begin(), shape_.end());
+}
+
+MerlSource::~MerlSource() = default;
+
+void MerlSource::settle_turn() {
+  if (convention_.turn == MerlTurn::kAuto) {
+    const bool asks = shape_[2] != kMerlShape[2] && shape_[2] % 2 == 0;
+    const MerlHead head = {shape_, value_size_};
+    const auto turn = asks ? TurnJudge(planes_, head, convention_.position).judge() : MerlTurn::kHalf;
+    convention_.turn = turn.value_or(MerlTurn::kHalf);
+    if (!turn) {
+      traits_.findings.push_back(
+          {"cells along phi_d, taken for half a turn; they could cover a full one: --merl-turn full", shape_[2],
+           shape_[2]});
+    } else if (*turn == MerlTurn::kFull) {
+      traits_.findings.push_back({"cells along phi_d cover a full turn, as the content tells", shape_[2], shape_[2]});
+    }
+  }
+  traits_.reciprocal = convention_.turn == MerlTurn::kHalf;
+  if (!traits_.reciprocal) traits_.description += ", full turn of phi_d";
+}
+
+Colour MerlSource::colour_at(std::uint64_t cell) const { return colour_in(planes_, value_size_, cell); }
+
+/// Cells as nodes of a grid.
+class MerlSource::CellValues final : public NodeValues {
+ public:
+  explicit CellValues(const MerlSource& source) : source_(source) {}
+  void gather(std::span<const GridNode> nodes, std::span<double> values) const override {
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      Colour colour = source_.colour_at(merl_cell_index(source_.shape_, nodes[n][1], nodes[n][2], nodes[n][3]));
+      const bool mark = source_.is_mark(colour);
+      for (std::size_t c = 0; c < colour.size(); ++c) {
+        double value = mark ? std::numeric_limits<double>::quiet_NaN() : colour[c] * kMerlScale[c];
+        if (source_.policy_.negatives == Negatives::kClamp && value < 0) value = 0;
+        values[n * colour.size() + c] = value;
+      }
+    }
+  }
+
+ private:
+  const MerlSource& source_;  ///< whose table this is
+};
+
+std::unique_ptr<DenseTable> MerlSource::make_table() const {
+  const ValueType type = value_size_ == sizeof(float) ? ValueType::kFloat32 : ValueType::kFloat64;
+  return std::make_unique<DenseTable>(
+      DenseTable{merl_cell_grid(shape_, convention_), kMerlChannelCount, std::make_shared<CellValues>(*this), type});
 }
 
 Status MerlSource::examine() {
   std::vector<MerlCensus> blocks((cell_count_ + kBlock - 1) / kBlock);
-  const CensusTaker taker(planes_, shape_, policy_);
+  const CensusTaker taker(planes_, {shape_, value_size_}, convention_, policy_);
   parallel_for(blocks.size(),
                [&](std::uint64_t k) { blocks[k] = taker.take(k * kBlock, std::min(cell_count_, (k + 1) * kBlock)); });
   MerlCensus census;
@@ -191,7 +345,7 @@ Status MerlSource::examine() {
     return invalid_file(fmt::format("{} of {} MERL values are NaN, infinite or above {:g} as f_r, the first at {}",
                                     census.bad, kMerlChannelCount * cell_count_, kMerlLargest,
                                     merl_cell_name(shape_, first % cell_count_, first / cell_count_)),
-                        kMerlHeaderSize + sizeof(double) * first);
+                        kMerlHeaderSize + value_size_ * first);
   }
   if (!census.positive) return invalid_file("no value of the MERL table is positive");
   has_non_finite_ = census.bad > 0;
@@ -240,7 +394,7 @@ DirectionPair MerlSource::away_from_horizon(DirectionPair pair) const {
 }
 
 MerlSource::Cell MerlSource::cell(std::uint64_t index) const {
-  Colour colour = colour_at(planes_, index);
+  Colour colour = colour_at(index);
   if (is_mark(colour)) return {0, 0, 0, 0};
   if (policy_.negatives == Negatives::kClamp) {
     for (double& value : colour) value = std::max(value, 0.0);
@@ -251,10 +405,17 @@ MerlSource::Cell MerlSource::cell(std::uint64_t index) const {
 
 MerlSource::Place MerlSource::place_of(const HalfDifference& angles) const {
   // In the root of theta_h rather than in theta_h: less error on sharp lobes, see specs/merl.md.
-  const Bracket h = bracket_clamped(merl_theta_h_position(angles.theta_h, shape_[0]) - 0.5, shape_[0]);
-  const Bracket d = bracket_clamped(angles.theta_d / (kPi / 2) * shape_[1] - 0.5, shape_[1]);
+  const double at_h = merl_theta_h_position(angles.theta_h, shape_[0]);
+  const double at_d = angles.theta_d / (kPi / 2) * shape_[1];
   // Under the normal phi_d is the azimuth of the light, which an isotropic material does not know.
-  const Bracket p = bracket_phi_d(angles.theta_h > 0 ? angles.phi_d : 0, shape_[2]);
+  const double turn = turn_of(convention_);
+  const double phi_d = angles.theta_h > 0 ? angles.phi_d : 0;
+  const double at_p = (phi_d < turn ? phi_d : phi_d - turn) / turn * shape_[2];
+  const bool nearest = convention_.lookup == MerlLookup::kNearest;
+  const double offset = offset_of(convention_);
+  const CellBracket h = nearest ? bracket_nearest(at_h, shape_[0]) : bracket_clamped(at_h - offset, shape_[0]);
+  const CellBracket d = nearest ? bracket_nearest(at_d, shape_[1]) : bracket_clamped(at_d - offset, shape_[1]);
+  const CellBracket p = nearest ? bracket_nearest(at_p, shape_[2]) : bracket_closed(at_p - offset, shape_[2]);
   const auto row = [&](std::uint64_t theta_h_index, std::uint64_t theta_d_index) {
     return merl_cell_index(shape_, theta_h_index, theta_d_index, 0);
   };
@@ -267,7 +428,7 @@ MerlSource::Place MerlSource::place_of(const HalfDifference& angles) const {
 
 void MerlSource::fetch(const Place& place) const {
   for (const std::uint64_t row : place.rows) {
-    for (const std::byte* plane : planes_) __builtin_prefetch(plane + sizeof(double) * (row + place.low));
+    for (const std::byte* plane : planes_) __builtin_prefetch(plane + value_size_ * (row + place.low));
   }
 }
 
@@ -317,9 +478,9 @@ bool MerlSource::is_measured(const Place& place) const {
       const double weight = place.row_weights[k] * share;
       const std::uint64_t index = place.rows[k] + column;
       if (weight == 0) continue;
-      if (!is_mark(colour_at(planes_, index))) {
+      if (!is_mark(colour_at(index))) {
         measured += weight;
-      } else if (above_horizon(merl_cell_centre(shape_, index))) {
+      } else if (above_horizon(merl_cell_pair(shape_, convention_, index))) {
         marked += weight;
       }
     }
@@ -336,16 +497,25 @@ void MerlSource::measured(std::span<const DirectionPair> pairs, std::span<std::u
 
 std::optional<MaskGrid> MerlSource::mask_grid() const {
   if (marks_above_ == 0) return std::nullopt;
-  MaskGrid grid = {MaskFrame::kHalfDifference, {1, shape_[0], shape_[1], shape_[2]}};
+  // The mask knows half a turn.
+  const std::uint32_t columns = convention_.turn == MerlTurn::kFull ? (shape_[2] + 1) / 2 : shape_[2];
+  MaskGrid grid = {MaskFrame::kHalfDifference, {1, shape_[0], shape_[1], columns}};
   while (!grid.is_valid()) {  // a table with more cells than a mask can have
     for (std::uint32_t& count : grid.counts) count = (count + 1) / 2;
   }
   return grid;
 }
 
+MerlConvention merl_convention_of(const Options& options, MerlTurn turn) {
+  return {value_of(kMerlPositionNames, options.text("merl-position").value_or("")).value_or(MerlPosition::kCentre),
+          value_of(kMerlTurnNames, options.text("merl-turn").value_or("")).value_or(turn),
+          value_of(kMerlLookupNames, options.text("merl-lookup").value_or("")).value_or(MerlLookup::kLinear)};
+}
+
 Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file, const Options& options) {
   const ValuePolicy policy = policy_of(options, NonFinite::kUnmeasured);
-  Result<std::unique_ptr<MerlSource>> source = MerlSource::make(std::move(file), policy);
+  Result<std::unique_ptr<MerlSource>> source =
+      MerlSource::make(std::move(file), policy, merl_convention_of(options, MerlTurn::kAuto));
   if (!source) return source.error();
   return std::unique_ptr<BrdfSource>(*std::move(source));
 }

@@ -8,7 +8,9 @@
 
 #include "converters/files/value_options.h"
 #include "converters/source/brdf_source.h"
+#include "converters/tables/dense_table.h"
 #include "formats/core/byte_source.h"
+#include "formats/core/named.h"
 #include "formats/merl/merl.h"
 
 namespace sbrdf::internal {
@@ -17,6 +19,35 @@ namespace sbrdf::internal {
 inline constexpr double kMerlLargest = 1e38;
 
 struct MerlCensus;
+
+/// Where in a cell its value belongs.
+enum class MerlPosition : std::uint8_t {
+  kCentre,
+  kEdge,  ///< at the lower edge of each axis
+};
+enum class MerlLookup : std::uint8_t {
+  kLinear,
+  kNearest,  ///< the value of the cell that a pair lies in, as the published reader gives it
+};
+/// What the third dimension covers.
+enum class MerlTurn : std::uint8_t {
+  kHalf,  ///< phi_d in [0, pi): reciprocal
+  kFull,  ///< phi_d in [0, 2 pi): f(i,v) and f(v,i) may differ
+  kAuto,  ///< as the content tells
+};
+inline constexpr std::array kMerlPositionNames = {Named{"centre", MerlPosition::kCentre},
+                                                  Named{"edge", MerlPosition::kEdge}};
+inline constexpr std::array kMerlLookupNames = {Named{"linear", MerlLookup::kLinear},
+                                                Named{"nearest", MerlLookup::kNearest}};
+inline constexpr std::array kMerlTurnNames = {Named{"auto", MerlTurn::kAuto}, Named{"half", MerlTurn::kHalf},
+                                              Named{"full", MerlTurn::kFull}};
+
+/// What a file does not tell about its cells.
+struct MerlConvention {
+  MerlPosition position = MerlPosition::kCentre;
+  MerlTurn turn = MerlTurn::kHalf;
+  MerlLookup lookup = MerlLookup::kLinear;
+};
 
 /// A MERL table that can be evaluated (specs/merl.md). Isotropic and reciprocal by construction: the table knows
 /// neither phi_h nor the order of the two directions.
@@ -39,22 +70,34 @@ class MerlSource final : public BrdfSource {
   /// message counts them and names the first cell; `offset` is its place in the file), and where no value is positive.
   /// `traits().findings` counts the marks, those above the horizon by themselves, the cells with some negative channel,
   /// and those with a value that is not finite, of which it names the first.
+  ///
+  /// With MerlTurn::kAuto, a table whose third count is even and not 180 is looked at: cells that are blank where one
+  /// of the two readings has its horizon and the other has not; without blank cells, whether values half the dimension
+  /// apart are as near as reciprocity makes them. What was concluded is a finding.
   static Result<std::unique_ptr<MerlSource>> make(std::shared_ptr<const ByteSource> file,
-                                                  const ValuePolicy& policy = {});
+                                                  const ValuePolicy& policy = {},
+                                                  const MerlConvention& convention = {});
+  ~MerlSource() override;
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
+  /// Its cells as nodes; nullptr where the nearest is taken, which no grid describes.
+  [[nodiscard]] const DenseTable* table() const override { return table_.get(); }
   [[nodiscard]] std::shared_ptr<const ByteSource> stored(std::string_view format) const override {
-    return format == traits_.format && !changes_values_ ? file_ : nullptr;
+    return format == traits_.format && !changes_values_ && table_ != nullptr ? file_ : nullptr;
   }
 
  private:
   /// R, G, B in f_r, then 1; all zero in a mark. Weighting all four also adds up the weights that count.
   using Cell = std::array<float, 4>;
 
-  MerlSource(std::shared_ptr<const ByteSource> file, const MerlShape& shape, const ValuePolicy& policy);
+  class CellValues;
+
+  MerlSource(std::shared_ptr<const ByteSource> file, const MerlHead& head, const ValuePolicy& policy,
+             const MerlConvention& convention);
+  void settle_turn();
   [[nodiscard]] Status examine();
   /// The eight cells around a point: two neighbours along phi_d in four rows.
   struct Place {
@@ -67,6 +110,8 @@ class MerlSource final : public BrdfSource {
   /// What the census counted.
   void add_findings(const MerlCensus& census);
   [[nodiscard]] bool is_mark(const std::array<double, kMerlChannelCount>& colour) const;
+  [[nodiscard]] std::array<double, kMerlChannelCount> colour_at(std::uint64_t cell) const;
+  [[nodiscard]] std::unique_ptr<DenseTable> make_table() const;
   [[nodiscard]] DirectionPair away_from_horizon(DirectionPair pair) const;
   [[nodiscard]] Cell cell(std::uint64_t index) const;
   [[nodiscard]] bool is_measured(const Place& place) const;
@@ -76,17 +121,27 @@ class MerlSource final : public BrdfSource {
 
   std::shared_ptr<const ByteSource> file_;
   MerlShape shape_;
+  std::size_t value_size_;
+  MerlConvention convention_;
   std::uint64_t cell_count_;
   std::array<const std::byte*, kMerlChannelCount> planes_;  ///< of the channels; not aligned
   ValuePolicy policy_;
   bool has_non_finite_ = false;    ///< values that make marks of their cells
   bool changes_values_ = false;    ///< the policy makes another table of this one
   std::uint64_t marks_above_ = 0;  ///< the horizon
+  std::unique_ptr<DenseTable> table_;
   SourceTraits traits_;
 };
 
-/// The pair at the centre of a cell, with phi_h = 0; it may lie below the horizon.
-[[nodiscard]] DirectionPair merl_cell_centre(const MerlShape& shape, std::uint64_t cell);
+/// The pair that the value of a cell belongs to, with phi_h = 0; it may lie below the horizon.
+[[nodiscard]] DirectionPair merl_cell_pair(const MerlShape& shape, const MerlConvention& convention,
+                                           std::uint64_t cell);
+/// At the centre of a cell, of half a turn.
+[[nodiscard]] inline DirectionPair merl_cell_centre(const MerlShape& shape, std::uint64_t cell) {
+  return merl_cell_pair(shape, {}, cell);
+}
+/// The cells of a table as a grid.
+[[nodiscard]] Grid merl_cell_grid(const MerlShape& shape, const MerlConvention& convention);
 
 /// "theta_h 3, theta_d 0, phi_d 7, channel G", for messages.
 [[nodiscard]] std::string merl_cell_name(const MerlShape& shape, std::uint64_t cell, std::size_t channel);
@@ -94,7 +149,11 @@ class MerlSource final : public BrdfSource {
 /// How many channels of a cell are negative: all of them make a mark.
 [[nodiscard]] std::size_t merl_negative_channels(const std::array<double, kMerlChannelCount>& values);
 
-/// Opens a MERL file: the row of the format table. Options: negatives; non-finite, of which the default is unmeasured.
+/// What options say of it; `turn` where they do not.
+[[nodiscard]] MerlConvention merl_convention_of(const Options& options, MerlTurn turn);
+
+/// Opens a MERL file: the row of the format table. Options: merl-position; merl-lookup; merl-turn; negatives;
+/// non-finite, of which the default is unmeasured.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file,
                                                             const Options& options = {});
 

@@ -11,6 +11,7 @@
 
 #include "codec/frame/frame.h"
 #include "converters/files/merl/merl_source.h"
+#include "converters/files/table_options.h"
 #include "converters/source/reciprocity.h"
 #include "formats/core/numbers.h"
 #include "formats/core/parallel.h"
@@ -35,8 +36,12 @@ struct RowReport {
 /// The work of resample_merl: blocks of rows of phi_d, the rows of a block in parallel.
 class Resampler {
  public:
-  Resampler(const BrdfSource& source, const MerlShape& shape, const ValuePolicy& policy)
-      : source_(source), shape_(shape), policy_(policy), row_count_(std::uint64_t{shape[0]} * shape[1]) {
+  Resampler(const BrdfSource& source, const MerlShape& shape, const ValuePolicy& policy, const MerlWriting& writing)
+      : source_(source),
+        shape_(shape),
+        policy_(policy),
+        writing_(writing),
+        row_count_(std::uint64_t{shape[0]} * shape[1]) {
     report_.theta_max_deg = source_.traits().theta_max_deg;
     report_.beyond = source_.traits().beyond_theta_max;
     report_.cells = merl_cell_count(shape);
@@ -71,7 +76,7 @@ class Resampler {
     std::vector<std::uint64_t> cells;  // in the block
     for (std::uint32_t p = 0; p < shape_[2]; ++p) {
       const std::uint64_t cell = row * shape_[2] + p;
-      const DirectionPair pair = merl_cell_centre(shape_, first_row_ * shape_[2] + cell);
+      const DirectionPair pair = merl_cell_pair(shape_, writing_.convention, first_row_ * shape_[2] + cell);
       if (!above_horizon(pair)) {
         store(cell, {kMark, kMark, kMark});
       } else {
@@ -156,8 +161,11 @@ class Resampler {
   Status write_block(ByteSink& sink) {
     for (std::size_t c = 0; c < planes_.size(); ++c) {
       const std::uint64_t first = c * report_.cells + first_row_ * shape_[2];
-      const std::uint64_t offset = kMerlHeaderSize + sizeof(double) * first;
-      if (Status written = sink.write(offset, std::as_bytes(std::span(planes_[c]))); !written) return written;
+      const std::uint64_t offset = kMerlHeaderSize + writing_.value_size * first;
+      floats_.assign(planes_[c].begin(), planes_[c].end());
+      const auto bytes = writing_.value_size == sizeof(float) ? std::as_bytes(std::span(floats_))
+                                                              : std::as_bytes(std::span(planes_[c]));
+      if (Status written = sink.write(offset, bytes); !written) return written;
     }
     return ok_status();
   }
@@ -165,6 +173,7 @@ class Resampler {
   const BrdfSource& source_;
   MerlShape shape_;
   ValuePolicy policy_;
+  const MerlWriting& writing_;
   std::uint64_t row_count_;
   MerlReport report_;
   bool positive_ = false;
@@ -172,6 +181,7 @@ class Resampler {
   std::uint64_t first_row_ = 0;
   std::vector<RowReport> rows_;
   std::array<std::vector<double>, kMerlChannelCount> planes_;
+  std::vector<float> floats_;  ///< of one of them
 };
 
 void remark_negatives(const MerlReport& losses, Negatives negatives, Report& report) {
@@ -216,12 +226,42 @@ Status check_shape(std::string_view text) {
   return shape ? ok_status() : Status(shape.error());
 }
 
+constexpr auto kPositionChoices = names_of(kMerlPositionNames);
+constexpr auto kLookupChoices = names_of(kMerlLookupNames);
+constexpr auto kTurnChoices = names_of(kMerlTurnNames);
+constexpr std::array<std::string_view, 2> kTypeChoices = {"float64", "float32"};
+
 constexpr std::array kOptions = {
     OptionSpec{.name = "merl-shape",
                .unit = "H,D,P",
                .fallback = "90,90,180, or that of a MERL IN",
                .check = check_shape,
                .meaning = "Cells along theta_h, theta_d and phi_d, each 1 to 4096"},
+    OptionSpec{.name = "merl-position",
+               .kind = OptionKind::kChoice,
+               .use = OptionUse::kBoth,
+               .choices = kPositionChoices,
+               .fallback = "centre",
+               .meaning = "Where in a cell of a MERL table its value belongs: at the centre, or at the lower edge"},
+    OptionSpec{.name = "merl-lookup",
+               .kind = OptionKind::kChoice,
+               .use = OptionUse::kRead,
+               .choices = kLookupChoices,
+               .fallback = "linear",
+               .meaning = "Between the cells of a MERL table that is read: interpolated, or the cell that a pair of "
+                          "directions lies in, as the published reader takes it"},
+    OptionSpec{.name = "merl-turn",
+               .kind = OptionKind::kChoice,
+               .use = OptionUse::kBoth,
+               .choices = kTurnChoices,
+               .fallback = "auto: as the content tells; written like a MERL IN, else half",
+               .meaning = "Whether the third dimension of a MERL table covers half a turn of phi_d, which makes it "
+                          "reciprocal, or a full one"},
+    OptionSpec{.name = "merl-type",
+               .kind = OptionKind::kChoice,
+               .choices = kTypeChoices,
+               .fallback = "float64",
+               .meaning = "Numbers of a MERL table that is written; few readers take float32"},
     negatives_option(OptionUse::kBoth),
     non_finite_option(OptionUse::kBoth),
 };
@@ -229,7 +269,7 @@ constexpr std::array kOptions = {
 }  // namespace
 
 Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shape, ByteSink& sink,
-                                 const Progress& progress, const ValuePolicy& policy) {
+                                 const Progress& progress, const ValuePolicy& policy, const MerlWriting& writing) {
   if (!is_sane_merl_shape(shape) || merl_cell_count(shape) > kMerlMaxResampledCells) {
     return usage_error(
         fmt::format("a MERL table has 1 to {} cells along each axis and here at most {} in all, not {} x {} x {}",
@@ -238,7 +278,7 @@ Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shap
   if (source.channel_count() != kMerlChannelCount && source.channel_count() != 1) {
     return unsupported(fmt::format("a MERL table holds 3 channels, the source has {}", source.channel_count()));
   }
-  return Resampler(source, shape, policy).run(sink, progress);
+  return Resampler(source, shape, policy, writing).run(sink, progress);
 }
 
 Result<MerlShape> parse_merl_shape_option(std::string_view text) {
@@ -258,31 +298,55 @@ Result<MerlShape> parse_merl_shape_option(std::string_view text) {
 
 std::span<const OptionSpec> merl_options() { return kOptions; }
 
+namespace {
+
+// Of the numbers in a file of the source's own.
+std::size_t stored_value_size(const BrdfSource& source) {
+  const auto stored = source.stored("merl");
+  const auto start = stored ? read_start(*stored, kMerlHeaderSize) : Result<std::vector<std::byte>>(invalid_file(""));
+  const auto head = start ? parse_merl_head(*start, stored->size()) : Result<MerlHead>(invalid_file(""));
+  return head ? head->value_size : sizeof(double);
+}
+
+MerlWriting writing_of(const BrdfSource& source, const Options& options) {
+  const bool full = source.traits().format == "merl" && !source.traits().reciprocal;
+  MerlWriting writing = {merl_convention_of(options, MerlTurn::kAuto)};
+  if (writing.convention.turn == MerlTurn::kAuto) writing.convention.turn = full ? MerlTurn::kFull : MerlTurn::kHalf;
+  const std::optional<std::string> type = options.text("merl-type");
+  writing.value_size = !type ? stored_value_size(source) : *type == "float32" ? sizeof(float) : sizeof(double);
+  return writing;
+}
+
+}  // namespace
+
 Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) {
   const ValuePolicy policy = policy_of(options, NonFinite::kRefuse);
+  const MerlWriting writing = writing_of(source, options);
   MerlShape shape = kMerlShape;
-  const auto wanted = options.text("merl-shape");
-  if (wanted) {
+  if (const auto wanted = options.text("merl-shape")) {
     shape = parse_merl_shape_option(*wanted).value();
-  } else if (source.traits().format == "merl") {  // one that is not what its file says
+  } else if (source.traits().format == "merl") {  // one that is not what its file says, too
     std::copy_n(source.traits().shape.begin(), shape.size(), shape.begin());
   }
-  if (const std::shared_ptr<const ByteSource> stored = source.stored("merl")) {
-    const Result<std::vector<std::byte>> head = read_start(*stored, kMerlHeaderSize);
-    const Result<MerlShape> own = head ? parse_merl_shape(*head, stored->size()) : head.error();
-    if (!own) return own.error();
-    if (!wanted || *own == shape) {
-      report.remarks.push_back({"copied", 1, "copied bit for bit"});
-      return copy_bytes(*stored, sink, progress);
-    }
+  const Grid grid = merl_cell_grid(shape, writing.convention);
+  const std::shared_ptr<const ByteSource> stored = source.stored("merl");
+  if (stored != nullptr && is_table_of(source, grid) && stored_value_size(source) == writing.value_size) {
+    report.remarks.push_back({"copied", 1, "copied bit for bit"});
+    return copy_bytes(*stored, sink, progress);
   }
   const SymmetrisedSource symmetrised(source);
-  const bool reciprocal = source.traits().reciprocal;
-  const Result<MerlReport> losses = resample_merl(reciprocal ? source : symmetrised, shape, sink, progress, policy);
+  const bool fits = source.traits().reciprocal || writing.convention.turn == MerlTurn::kFull;
+  const BrdfSource& fitting = fits ? source : symmetrised;
+  const Result<MerlReport> losses = resample_merl(fitting, shape, sink, progress, policy, writing);
   if (!losses) return losses.error();
-  if (!reciprocal) remark_reciprocity(report, reciprocity_difference_percent(source));
+  if (!fits) remark_reciprocity(report, reciprocity_difference_percent(source));
   remark_losses(*losses, policy.negatives, report);
+  if (writing.convention.turn == MerlTurn::kFull) {
+    report.remarks.push_back(
+        {"full_turn", 1, "the third dimension covers a full turn of phi_d, which few readers expect"});
+  }
+  remark_interpolation(report, fitting, grid);
   return ok_status();
 }
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "converters/files/format.h"
+#include "converters/files/merl/merl_source.h"
 #include "converters/files/value_options.h"
 #include "formats/merl/merl.h"
 
@@ -30,7 +31,13 @@ struct MerlReport {
 /// Largest number of cells that resample_merl makes (6 GiB of values).
 inline constexpr std::uint64_t kMerlMaxResampledCells = std::uint64_t{1} << 28;
 
-/// Writes a whole file: the source's value at every cell's centre, at phi_h = 0, divided by kMerlScale. A few MB of
+/// How a table is written, beside its shape.
+struct MerlWriting {
+  MerlConvention convention = {};           ///< kAuto of the turn is not one
+  std::size_t value_size = sizeof(double);  ///< 8 or 4 bytes of a number
+};
+
+/// Writes a whole file: the source's value at every cell's place, at phi_h = 0, divided by kMerlScale. A few MB of
 /// values are in memory at a time. The same bytes for any number of threads. Nothing is symmetrised: of a source that
 /// is not reciprocal the table holds f(i,v) with the light at phi_d in [0, pi), so give it one that was symmetrised
 /// before.
@@ -41,14 +48,16 @@ inline constexpr std::uint64_t kMerlMaxResampledCells = std::uint64_t{1} << 28;
 /// kUnsupported for a source with other than three channels (taken as R, G, B) or one (repeated); interrupted_error()
 /// where `progress` asked to stop.
 Result<MerlReport> resample_merl(const BrdfSource& source, const MerlShape& shape, ByteSink& sink,
-                                 const Progress& progress = {}, const ValuePolicy& policy = {});
+                                 const Progress& progress = {}, const ValuePolicy& policy = {},
+                                 const MerlWriting& writing = {});
 
 /// Three counts such as "90,90,180"; kUsage otherwise.
 [[nodiscard]] Result<MerlShape> parse_merl_shape_option(std::string_view text);
 
 /// Writes a MERL file: the row of the format table. A MERL source is copied byte for byte unless another shape is asked
-/// for or reading changed its values; others are resampled, after they were made reciprocal. Options: merl-shape;
-/// negatives; non-finite, of which the default is refuse.
+/// for or reading changed its values; others are resampled, after they were made reciprocal unless the table covers a
+/// full turn. Options: merl-shape; merl-position; merl-turn, of which the default is that of a MERL source, else half;
+/// merl-type; negatives; non-finite, of which the default is refuse.
 [[nodiscard]] Status save_merl(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                                const Progress& progress);
 [[nodiscard]] std::span<const OptionSpec> merl_options();

@@ -1,0 +1,240 @@
+#include "converters/files/hdf5/hdf5_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "converters/files/table_options.h"
+#include "converters/files/value_options.h"
+#include "converters/tables/dense_source.h"
+#include "converters/tables/tile_cache.h"
+#include "formats/table/hdf5_table.h"
+
+namespace sbrdf::internal {
+namespace {
+
+/// Decoded boxes that stay in memory [bytes].
+constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20U;
+/// Numbers of a chunk that is written.
+constexpr std::uint64_t kChunkNumbers = 16384;
+constexpr std::uint64_t kDeflate = 4;
+constexpr double kLargestHalf = 65504;
+
+constexpr std::array kOptions = {
+    grid_option(),
+    type_option(),
+    OptionSpec{.name = "hdf5-dataset",
+               .use = OptionUse::kRead,
+               .unit = "PATH",
+               .fallback = "f_r, or the only table",
+               .meaning = "Dataset of an HDF5 IN that holds the table: four angles, and the channel as the fifth "
+                          "dimension if there are several"},
+    OptionSpec{.name = "deflate",
+               .kind = OptionKind::kCount,
+               .unit = "N",
+               .counts = {0, 9},
+               .fallback = "4",
+               .meaning = "How hard an HDF5 OUT is compressed: 0 not at all, 9 most and slowest"},
+    negatives_option(OptionUse::kBoth),
+    non_finite_option(OptionUse::kBoth),
+};
+
+Result<GridAxis> axis_of(const Hdf5Axis& axis, std::string_view name) {
+  const auto ends = value_of(kEndsNames, axis.ends);
+  const auto spacing = value_of(kSpacingNames, axis.spacing);
+  if (!ends || !spacing) {
+    return unsupported(
+        fmt::format("{}: \"{}\" is no end, or \"{}\" no spacing, that is known here", name, axis.ends, axis.spacing));
+  }
+  if (!GridAxis::is_valid(axis.nodes_deg, *ends, *spacing)) {
+    return invalid_file(fmt::format("the nodes of {} do not rise within its range", name));
+  }
+  return GridAxis(axis.nodes_deg, *ends, *spacing);
+}
+
+Result<Grid> own_grid(const Hdf5Head& head) {
+  const auto frame = value_of(kGridFrameNames, head.frame);
+  if (!frame) return unsupported(fmt::format("\"{}\" is no frame that is known here", head.frame));
+  Grid grid;
+  grid.frame = *frame;
+  for (std::size_t k = 0; k < grid.axes.size(); ++k) {
+    Result<GridAxis> axis = axis_of(head.axes[k], grid.axis_name(k));
+    if (!axis) return axis.error();
+    grid.axes[k] = *std::move(axis);
+  }
+  return grid;
+}
+
+Result<Grid> grid_of(const Hdf5TableReader& file, const Options& options) {
+  const std::optional<std::string> given = options.text("grid");
+  if (!file.head().frame.empty()) {
+    Result<Grid> own = own_grid(file.head());
+    if (own && given && !(parse_grid(*given).value() == *own)) {
+      return usage_error("--grid: the file says where its nodes are, and not there");
+    }
+    return own;
+  }
+  if (!given) return usage_error("the file does not tell where its nodes are: give --grid");
+  Grid grid = parse_grid(*given).value();
+  for (std::size_t k = 0; k < grid.axes.size(); ++k) {
+    if (grid.axes[k].size() == file.shape()[k]) continue;
+    return usage_error(fmt::format("--grid: {}, but the dataset has {} entries along dimension {}", grid.size_text(),
+                                   file.shape()[k], k));
+  }
+  return grid;
+}
+
+TiledValues::Box box_of(const Hdf5Extent& extent) {
+  TiledValues::Box box{};
+  for (std::size_t k = 0; k < box.size(); ++k) box[k] = static_cast<std::uint32_t>(extent[k]);
+  return box;
+}
+
+Hdf5Extent extent_of(const std::array<std::uint32_t, 4>& box, std::uint64_t last) {
+  return {box[0], box[1], box[2], box[3], last};
+}
+
+/// The first error of reading a box. What cannot be read is NaN; the source is looked at once as a whole, so that an
+/// error is known before it is used.
+class FirstError {
+ public:
+  void take(const Error& error) {
+    const std::scoped_lock lock(mutex_);
+    if (!error_) error_ = error;
+  }
+  [[nodiscard]] std::optional<Error> get() const {
+    const std::scoped_lock lock(mutex_);
+    return error_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::optional<Error> error_;
+};
+
+// Boxes of all channels, whatever the chunks are.
+DenseTable table_of(std::shared_ptr<const Hdf5TableReader> file, Grid grid, std::shared_ptr<FirstError> failure) {
+  const std::uint64_t channels = file->shape().back();
+  const auto read = [file, channels, failure](const GridNode& first, const TiledValues::Box& count,
+                                              std::span<double> values) {
+    const Status done = file->read(extent_of(first, 0), extent_of(count, channels), values);
+    if (done) return;
+    failure->take(done.error());
+    std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
+  };
+  const ValueType type = file->head().value_size == 8   ? ValueType::kFloat64
+                         : file->head().value_size == 4 ? ValueType::kFloat32
+                                                        : ValueType::kFloat16;
+  auto values =
+      std::make_shared<TiledValues>(box_of(file->shape()), channels, box_of(file->chunk()), kCacheBytes, read);
+  return {std::move(grid), channels, std::move(values), type};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BrdfSource>> open_hdf5(std::shared_ptr<const ByteSource> file, const Options& options) {
+  Result<std::unique_ptr<Hdf5TableReader>> reader =
+      Hdf5TableReader::open(file, options.text("hdf5-dataset").value_or(""));
+  if (!reader) return reader.error();
+  const std::shared_ptr<const Hdf5TableReader> shared = *std::move(reader);
+  Result<Grid> grid = grid_of(*shared, options);
+  if (!grid) return grid.error();
+  DenseDescription description;
+  description.format = "hdf5";
+  description.description =
+      fmt::format("dense table in HDF5, {} frame, {}", name_of(kGridFrameNames, grid->frame), grid->size_text());
+  description.channels = shared->head().channels;
+  if (!shared->head().frame.empty()) description.file = std::move(file);  // another one is no table of this layout
+  description.theta_max_deg = shared->head().theta_max_deg;
+  description.beyond_theta_max = shared->head().beyond;
+  description.policy = policy_of(options, NonFinite::kUnmeasured);
+  const auto failure = std::make_shared<FirstError>();
+  Result<std::unique_ptr<BrdfSource>> source =
+      DenseSource::make(table_of(shared, *std::move(grid), failure), std::move(description));
+  if (const auto error = failure->get()) return *error;
+  return source;
+}
+
+namespace {
+
+// Doubled along one axis after the other, the fastest first.
+std::array<std::uint32_t, 4> chunk_for(const Grid& grid, std::size_t channels) {
+  std::array<std::uint32_t, 4> box = {1, 1, 1, 1};
+  std::uint64_t numbers = channels;
+  bool grown = true;
+  while (grown) {
+    grown = false;
+    for (std::size_t axis = 4; axis-- > 0;) {
+      const std::uint32_t wider = std::min(2 * box[axis], grid.axes[axis].size());
+      const std::uint64_t more = numbers / box[axis] * wider;
+      if (wider == box[axis] || more > kChunkNumbers) continue;
+      box[axis] = wider;
+      numbers = more;
+      grown = true;
+    }
+  }
+  return box;
+}
+
+Hdf5Head head_of(const BrdfSource& source, const Grid& grid, ValueType type) {
+  Hdf5Head head;
+  head.frame = name_of(kGridFrameNames, grid.frame);
+  for (std::size_t k = 0; k < head.axes.size(); ++k) {
+    const GridAxis& axis = grid.axes[k];
+    head.axes[k] = {std::string(grid.axis_name(k)), axis.nodes_deg(), std::string(name_of(kEndsNames, axis.ends())),
+                    std::string(name_of(kSpacingNames, axis.spacing()))};
+  }
+  head.channels = source.traits().channels;
+  head.value_size = size_of(type);
+  head.description = source.traits().description;
+  head.theta_max_deg = source.traits().theta_max_deg;
+  head.beyond = source.traits().beyond_theta_max;
+  return head;
+}
+
+// A copy is what was asked for where no option changes the table or how it is written.
+bool is_copy(const BrdfSource& source, const Grid& grid, ValueType type, const Options& options) {
+  const bool plain = !options.has("deflate") && !options.has("negatives") && !options.has("non-finite");
+  return plain && source.stored("hdf5") != nullptr && is_table_of(source, grid) && source.table()->type == type;
+}
+
+}  // namespace
+
+Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                 const Progress& progress) {
+  TableRequest request;
+  request.grid = grid_for(source, options);
+  request.policy = policy_of(options, NonFinite::kRefuse);
+  const ValueType type = type_for(source, request.grid, options);
+  if (type == ValueType::kFloat16) request.largest = kLargestHalf;
+  if (is_copy(source, request.grid, type, options)) {
+    report.remarks.push_back({"copied", 1, "copied bit for bit"});
+    return copy_bytes(*source.stored("hdf5"), sink, progress);
+  }
+  const FittingSource fitting(source, request.grid, report);
+  const std::size_t channels = source.channel_count();
+  const std::array<std::uint32_t, 4> box = chunk_for(request.grid, channels);
+  const auto deflate = static_cast<unsigned>(options.count("deflate").value_or(kDeflate));
+  Result<std::unique_ptr<Hdf5TableWriter>> writer =
+      Hdf5TableWriter::create(sink, head_of(source, request.grid, type), extent_of(box, channels), deflate);
+  if (!writer) return writer.error();
+  const auto take = [&](const TableBlock& block, std::span<const double> values) {
+    return (*writer)->write(extent_of(block.first, 0), extent_of(block.count, channels), values);
+  };
+  const Result<TableLosses> losses = sample_table(*fitting, request, box, take, progress);
+  if (!losses) return losses.error();
+  remark_losses(report, source, request, *losses, "NaN");
+  remark_interpolation(report, *fitting, request.grid);
+  return (*writer)->finish(report_json(report));
+}
+
+std::span<const OptionSpec> hdf5_options() { return kOptions; }
+
+}  // namespace sbrdf::internal
