@@ -184,13 +184,15 @@ Status Hdf5TableWriter::finish(const std::string& report) {
   if (!told || !state_->dataset.close() || H5Fflush(state_->file.id(), H5F_SCOPE_LOCAL) < 0) {
     return failed("cannot be written");
   }
-  hsize_t size = 0;
-  if (H5Fget_filesize(state_->file.id(), &size) < 0) return failed("cannot be written");
   if (!state_->in_memory) {
-    if (!state_->file.close()) return failed("cannot be written");
+    hsize_t size = 0;
+    if (H5Fget_filesize(state_->file.id(), &size) < 0 || !state_->file.close()) return failed("cannot be written");
     return state_->sink->write(size, {});
   }
-  std::vector<std::byte> image(size);
+  // Memory is asked for in steps, of which the file takes the first part.
+  const ssize_t size = H5Fget_file_image(state_->file.id(), nullptr, 0);
+  if (size < 0) return failed("cannot be written");
+  std::vector<std::byte> image(static_cast<std::size_t>(size));
   if (H5Fget_file_image(state_->file.id(), image.data(), image.size()) < 0) return failed("cannot be written");
   return state_->sink->write(0, image);
 }

@@ -1,0 +1,73 @@
+#include <fuzzer/FuzzedDataProvider.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "converters/files/hdf5/hdf5_file.h"
+#include "formats/table/hdf5_table.h"
+#include "tests/fuzz/require.h"
+
+// What an HDF5 file says about its table, not how the library packs it: heads of any content are written, and whatever
+// the reader takes must evaluate to finite values.
+
+namespace sbrdf::internal::fuzzing {
+namespace {
+
+constexpr std::array kFrames = {"angles", "difference", "half-difference", "mirror", "sideways"};
+constexpr std::array kEnds = {"held", "360", "180", "mirrored", "extrapolated", ""};
+constexpr std::array kSpacings = {"angle", "root", "cube"};
+
+Hdf5Head head_from(FuzzedDataProvider& input) {
+  Hdf5Head head;
+  head.frame = input.PickValueInArray(kFrames);
+  for (Hdf5Axis& axis : head.axes) {
+    axis.name = std::string("axis") + static_cast<char>('a' + (&axis - head.axes.data()));
+    axis.ends = input.PickValueInArray(kEnds);
+    axis.spacing = input.PickValueInArray(kSpacings);
+    const auto count = input.ConsumeIntegralInRange<int>(1, 4);
+    double at = input.ConsumeBool() ? 0 : input.ConsumeFloatingPoint<double>();
+    for (int k = 0; k < count; ++k) {
+      axis.nodes_deg.push_back(at);
+      at += input.ConsumeBool() ? 20 : input.ConsumeFloatingPoint<double>();
+    }
+  }
+  head.channels.assign(static_cast<std::size_t>(input.ConsumeIntegralInRange<int>(1, 3)), "c");
+  head.value_size = input.PickValueInArray<std::size_t>({2, 4, 8});
+  head.theta_max_deg = input.ConsumeBool() ? 90 : input.ConsumeFloatingPoint<double>();
+  return head;
+}
+
+void evaluate_everywhere(const BrdfSource& source) {
+  std::vector<float> values(source.channel_count());
+  for (const double theta : {0.0, 0.4, 1.55, 1.6}) {
+    for (const double phi : {0.0, -2.0, 4.0}) {
+      const DirectionPair pair = {{theta, 0.5}, {0.7, phi}};
+      source.evaluate(std::span(&pair, 1), values);
+      for (const float v : values) require(std::isfinite(v), "a dense table evaluates to finite values");
+    }
+  }
+}
+
+void run(const std::uint8_t* bytes, std::size_t size) {
+  FuzzedDataProvider input(bytes, size);
+  const Hdf5Head head = head_from(input);
+  Hdf5Extent shape{};
+  for (std::size_t k = 0; k < head.axes.size(); ++k) shape[k] = head.axes[k].nodes_deg.size();
+  shape.back() = head.channels.size();
+  std::vector<double> values(shape[0] * shape[1] * shape[2] * shape[3] * shape[4]);
+  for (double& value : values) value = input.ConsumeBool() ? 1 : input.ConsumeFloatingPoint<double>();
+  MemorySink sink;
+  auto writer = Hdf5TableWriter::create(sink, head, shape, 0);
+  if (!writer || !(*writer)->write({}, shape, values) || !(*writer)->finish("")) return;
+  const auto source = open_hdf5(std::make_shared<OwnedMemorySource>(std::move(sink).take()), {});
+  if (source) evaluate_everywhere(**source);
+}
+
+}  // namespace
+}  // namespace sbrdf::internal::fuzzing
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  sbrdf::internal::fuzzing::run(bytes, size);
+  return 0;
+}
