@@ -28,6 +28,7 @@ struct DenseDescription {
   std::shared_ptr<const ByteSource> file;  ///< for copies bit for bit; nullptr where options changed what it means
   ValuePolicy policy = {Negatives::kKeep, NonFinite::kUnmeasured};
   double theta_max_deg = 90;                    ///< as SourceTraits, where the file tells; the grid may say less
+  double slice_theta_max_deg = 90;              ///< likewise
   std::string beyond_theta_max;                 ///< what the file says of values there
   std::vector<Finding> findings;                ///< what the reader saw, before those of the table
   std::string unmeasured = "nodes unmeasured";  ///< the finding on nodes that hold no number

@@ -238,7 +238,8 @@ Status read_head(hid_t file, hid_t dataset, const Hdf5Extent& shape, std::size_t
   head.frame = read_text(file, "frame").value_or("");
   head.theta_max_deg = read_number(dataset, "theta_max").value_or(90);
   head.beyond = read_text(dataset, "beyond_theta_max").value_or("");
-  if (!(head.theta_max_deg > 0 && head.theta_max_deg <= 90))
+  head.slice_theta_max_deg = std::min(head.theta_max_deg, read_number(dataset, "slice_theta_max").value_or(90));
+  if (!(head.theta_max_deg > 0 && head.theta_max_deg <= 90 && head.slice_theta_max_deg > 0))
     return invalid_file("theta_max is not within 0 and 90 degrees");
   if (head.frame.empty()) return invalid_file("the attribute \"frame\" is missing");
   for (unsigned axis = 0; axis < head.axes.size(); ++axis) {

@@ -110,7 +110,8 @@ bool write_head(const Hdf5Handle& file, const Hdf5Handle& table, const Hdf5Head&
               write_text(file.id(), "version", "1") && write_text(file.id(), "frame", head.frame) &&
               write_text(file.id(), "description", head.description) &&
               write_number(table.id(), "theta_max", head.theta_max_deg) &&
-              write_text(table.id(), "beyond_theta_max", head.beyond);
+              write_text(table.id(), "beyond_theta_max", head.beyond) &&
+              write_number(table.id(), "slice_theta_max", head.slice_theta_max_deg);
   for (unsigned axis = 0; axis < head.axes.size(); ++axis) {
     good = good && write_axis(file, table, axis, head.axes[axis]);
   }

@@ -154,6 +154,7 @@ Result<std::unique_ptr<BrdfSource>> open_hdf5(std::shared_ptr<const ByteSource> 
   if (!shared->head().frame.empty()) description.file = std::move(file);  // another one is no table of this layout
   description.theta_max_deg = shared->head().theta_max_deg;
   description.beyond_theta_max = shared->head().beyond;
+  description.slice_theta_max_deg = shared->head().slice_theta_max_deg;
   description.policy = policy_of(options, NonFinite::kUnmeasured);
   const auto failure = std::make_shared<FirstError>();
   Result<std::unique_ptr<BrdfSource>> source =
@@ -196,6 +197,7 @@ Hdf5Head head_of(const BrdfSource& source, const Grid& grid, ValueType type) {
   head.description = source.traits().description;
   head.theta_max_deg = source.traits().theta_max_deg;
   head.beyond = source.traits().beyond_theta_max;
+  head.slice_theta_max_deg = source.traits().slice_theta_max_deg;
   return head;
 }
 
