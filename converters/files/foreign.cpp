@@ -22,6 +22,8 @@ constexpr std::array kByMagic = {
     Foreign{"PK\x05\x06"sv, "a zip archive without files"},
     Foreign{"\x28\xB5\x2F\xFD"sv, "zstd-compressed data; unpack it first"},
     Foreign{"\xFD\x37zXZ\0"sv, "XZ-compressed data; unpack it first"},
+    Foreign{"<?xml"sv, "an XML file without the root element WindowElement, that of Klems matrices"},
+    Foreign{"\xEF\xBB\xBF<?xml"sv, "an XML file without the root element WindowElement, that of Klems matrices"},
     Foreign{"\0\x05\x16\x07"sv, "an AppleDouble file, which holds attributes of a file but not its content"},
 };
 

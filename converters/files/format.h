@@ -88,15 +88,17 @@ enum class Match : std::uint8_t {
 /// page in specs/. Functions are called with options that check_options took; open_source and save_source see to it.
 struct Format {
   std::string_view name;
-  std::string_view extension;  ///< decides what is written; what is read is recognised by content
+  /// Decides what is written: no two rows that are written have the same. What is read is recognised by content.
+  std::string_view extension;
   std::string_view description;
   std::string_view page;  ///< in specs/; it tells of every option
   Capabilities capabilities;
   Holds holds;
   std::span<const OptionSpec> options;
 
-  /// `head` are the first kHeadSize bytes, or all where there are fewer, and at least one. No row may be sure of a file
-  /// that another one is sure of, so that their order says nothing.
+  /// `head` are the first kHeadSize bytes, or all where there are fewer, and at least one; of text that no row is sure
+  /// of, the first kTextHeadSize after these. No row may be sure of a file that another one is sure of, so that their
+  /// order says nothing.
   Match (*recognise)(std::span<const std::byte> head, std::uint64_t size) = nullptr;
 
   /// The source may keep the bytes and read from them as it is evaluated.
@@ -119,5 +121,7 @@ struct Format {
 
 /// As much of a file as tells its format.
 inline constexpr std::size_t kHeadSize = 512;
+/// As much of a text as tells its format, behind the longest comments that anybody puts before it.
+inline constexpr std::size_t kTextHeadSize = 65536;
 
 }  // namespace sbrdf::internal

@@ -12,6 +12,7 @@
 
 #include "converters/files/foreign.h"
 #include "converters/files/hdf5/hdf5_file.h"
+#include "converters/files/klems/klems_source.h"
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
@@ -19,9 +20,12 @@
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
+#include "converters/files/zemax/zemax_source.h"
+#include "formats/klems/klems.h"
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 #include "formats/table/hdf5_table.h"
+#include "formats/zemax/zemax.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -98,9 +102,33 @@ const std::array kFormats = {
            .options = {},
            .recognise = [](Head head, std::uint64_t) { return recognise_kurt_file(head); },
            .open = [](Bytes bytes, const Options&) { return open_kurt_file(*bytes); }},
+    Format{.name = "zemax",
+           .extension = ".bsdf",
+           .description = "Zemax (Ansys) tabular BSDF, text",
+           .page = "zemax.md",
+           .capabilities = {Capability::kRead},
+           .holds = {.unmeasured = true, .channels = "1 or 3", .values = "decimal numbers"},
+           .options = zemax_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_zemax(head)); },
+           .open = open_zemax},
+    Format{.name = "klems",
+           .extension = ".xml",
+           .description = "Klems matrix of WINDOW and Radiance",
+           .page = "klems.md",
+           .capabilities = {Capability::kRead},
+           .holds = {.channels = "1", .values = "decimal numbers"},
+           .options = klems_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_klems(head)); },
+           .open = open_klems},
 };
 
-std::string files_of(const Format& format) { return std::string(format.extension) + " files"; }
+// Of rows that are read only, some share an extension: ".bsdf files (zemax)".
+std::string files_of(const Format& format) {
+  const auto same = std::count_if(kFormats.begin(), kFormats.end(),
+                                  [&](const Format& other) { return other.extension == format.extension; });
+  const std::string files = std::string(format.extension) + " files";
+  return same == 1 ? files : files + " (" + std::string(format.name) + ")";
+}
 
 Error not_recognised(Head head, std::uint64_t size) {
   if (const auto foreign = name_foreign(head)) return invalid_file("this is " + std::string(*foreign));
@@ -112,19 +140,31 @@ Error not_recognised(Head head, std::uint64_t size) {
   return invalid_file(message + "; as a MERL table: " + shape.error().message, shape.error().offset);
 }
 
+// The row that is sure, or nullptr; `damaged` becomes one that is not, or nullptr.
+const Format* find_format(Head head, std::uint64_t size, const Format*& damaged) {
+  damaged = nullptr;
+  for (const Format& format : kFormats) {
+    const Match match = format.recognise(head, size);
+    if (match == Match::kWhole) return &format;
+    if (match == Match::kDamaged) damaged = &format;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::span<const Format> formats() { return kFormats; }
 
 Result<const Format*> recognise(const ByteSource& bytes) {
   if (bytes.size() == 0) return invalid_file("the file is empty");
-  const Result<std::vector<std::byte>> head = read_start(bytes, kHeadSize);
+  Result<std::vector<std::byte>> head = read_start(bytes, kHeadSize);
   if (!head) return head.error();
   const Format* damaged = nullptr;
-  for (const Format& format : kFormats) {
-    const Match match = format.recognise(*head, bytes.size());
-    if (match == Match::kWhole) return &format;
-    if (match == Match::kDamaged) damaged = &format;
+  if (const Format* format = find_format(*head, bytes.size(), damaged)) return format;
+  if (bytes.size() > kHeadSize && is_text(*head)) {
+    head = read_start(bytes, kTextHeadSize);
+    if (!head) return head.error();
+    if (const Format* format = find_format(*head, bytes.size(), damaged)) return format;
   }
   if (damaged == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
   return damaged;

@@ -77,6 +77,46 @@ inline Bytes hdf5() {
   return file;
 }
 
+/// f_r = 0.1 + 0.2 cos(radial / 2) + 0.05 cos(azimuth) of a monochrome file, at two rotations and incidences.
+inline std::string zemax_text() {
+  std::string text =
+      "Source\tMeasured\r\nSymmetry\tAsymmetrical4D\r\nSpectralContent\tMonochrome\r\nScatterType\tBRDF\r\n"
+      "SampleRotation\t2\r\n0\t180\r\nAngleOfIncidence\t2\r\n10\t60\r\n"
+      "ScatterAzimuth\t5\r\n0\t90\t180\t270\t360\r\nScatterRadial\t4\r\n0\t20\t90\t180\r\n\r\n"
+      "Monochrome\r\nDataBegin\r\n";
+  for (int block = 0; block < 4; ++block) {
+    text += "TIS\t0.5\r\n";
+    for (const char* row : {"0.30\t0.29\t0.24\t0.10", "0.30\t0.28\t0.23\t0.10", "0.30\t0.27\t0.22\t0.10",
+                            "0.30\t0.28\t0.23\t0.10", "0.30\t0.29\t0.24\t0.10"}) {
+      text += std::string(row) + "\r\n";
+    }
+  }
+  return text + "DataEnd\r\n";
+}
+
+/// Five patches: one to theta 30, four around it. Value of row r (outgoing) and column c (incident): 0.01 (5 r + c +
+/// 1).
+inline std::string klems_text() {
+  std::string numbers;
+  for (int k = 1; k <= 25; ++k)
+    numbers += "0." + std::string(k < 10 ? "0" : "") + std::to_string(k) + (k % 5 ? ", " : "\n");
+  const auto ring = [](const char* count, const char* lower, const char* upper) {
+    return "<AngleBasisBlock><nPhis>" + std::string(count) + "</nPhis><ThetaBounds><LowerTheta>" + lower +
+           "</LowerTheta><UpperTheta>" + upper + "</UpperTheta></ThetaBounds></AngleBasisBlock>\n";
+  };
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<WindowElement "
+         "xmlns=\"http://windows.lbl.gov\">\n<Optical><Layer>\n"
+         "<Material><Name>small</Name></Material>\n"
+         "<DataDefinition><IncidentDataStructure>Columns</IncidentDataStructure><AngleBasis>\n"
+         "<AngleBasisName>Five</AngleBasisName>\n" +
+         ring("1", "0", "30") + ring("4", "30", "90") +
+         "</AngleBasis></DataDefinition>\n<WavelengthData><Wavelength unit=\"Integral\">Visible</Wavelength>\n"
+         "<WavelengthDataBlock><WavelengthDataDirection>Reflection Front</WavelengthDataDirection>\n"
+         "<ColumnAngleBasis>Five</ColumnAngleBasis><RowAngleBasis>Five</RowAngleBasis>\n"
+         "<ScatteringDataType>BTDF</ScatteringDataType>\n<ScatteringData>\n" +
+         numbers + "</ScatteringData>\n</WavelengthDataBlock></WavelengthData>\n</Layer></Optical>\n</WindowElement>\n";
+}
+
 /// A valid file of a row of the format table. A new row needs one here.
 inline Bytes of(std::string_view format) {
   if (format == "merl") return merl();
@@ -84,6 +124,8 @@ inline Bytes of(std::string_view format) {
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
   if (format == "hdf5") return hdf5();
+  if (format == "zemax") return bytes_of(zemax_text());
+  if (format == "klems") return bytes_of(klems_text());
   if (format == "rgl") return rgl_testing::emit(rgl_testing::SmallMaterial().fields());
   throw std::runtime_error("no small file of the format " + std::string(format));
 }
