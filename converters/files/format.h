@@ -45,12 +45,12 @@ class Capabilities {
 /// What a file of a format can say about a material; `sbrdf formats` prints it. Writers tell in their reports what of a
 /// source was lost.
 struct Holds {
-  bool anisotropic = true;           ///< values may depend on both azimuths
-  bool non_reciprocal = true;        ///< f(i,v) and f(v,i) may differ
-  bool unmeasured = false;           ///< directions without a value can be told from black
-  bool negatives = true;             ///< values below 0 come back as they are
-  std::string_view channels = "RGB"; ///< for people: "RGB", "1 or 3", "any", "1"
-  std::string_view values = "";      ///< for people: "float32", "float64", "lossless or bounded"
+  bool anisotropic = true;            ///< values may depend on both azimuths
+  bool non_reciprocal = true;         ///< f(i,v) and f(v,i) may differ
+  bool unmeasured = false;            ///< directions without a value can be told from black
+  bool negatives = true;              ///< values below 0 come back as they are
+  std::string_view channels = "RGB";  ///< for people: "RGB", "1 or 3", "any", "1"
+  std::string_view values = "";       ///< for people: "float32", "float64", "lossless or bounded"
 };
 
 /// Something a conversion changed or lost, for people (`text`) and for scripts (`key`, `value`).
@@ -80,8 +80,9 @@ void remark_reciprocity(Report& report, double difference_percent);
 /// How sure a row is that a file is of its format.
 enum class Match : std::uint8_t {
   kNone,
-  kDamaged,  ///< it begins like one, but cannot be whole: `open` says what is wrong if no other row is sure
-  kWhole,    ///< it should be one; `open` may still find it damaged further in
+  kPossible,  ///< it could begin like one, but cannot be whole: `open` says what is wrong if no other row is surer
+  kDamaged,   ///< it certainly begins like one, but cannot be whole: the same
+  kWhole,     ///< it should be one; `open` may still find it damaged further in
 };
 
 /// One row of the format table. A new format is one row here, a folder in converters/files and one in formats/, and a

@@ -16,12 +16,14 @@
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
+#include "converters/files/ngan/ngan.h"
 #include "converters/files/rgl/rgl.h"
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
 #include "converters/files/zemax/zemax_source.h"
 #include "formats/klems/klems.h"
+#include "converters/files/utia/utia.h"
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 #include "formats/table/hdf5_table.h"
@@ -35,10 +37,24 @@ using Bytes = std::shared_ptr<const ByteSource>;
 
 Match whole_if(bool recognised) { return recognised ? Match::kWhole : Match::kNone; }
 
-// MERL files have no magic: what begins with three small counts is one, but where another row is sure.
+Match recognise_ngan(Head head, std::uint64_t size) {
+  if (recognises_ngan(head, size)) return Match::kWhole;
+  return resembles_ngan(head) ? Match::kDamaged : Match::kNone;
+}
+
+// MERL files have no magic: what begins with three small counts is one, but where another row is surer. The header of
+// an anisotropic table, whole or cut off where a MERL table would end, is no beginning of one: it would be denormal
+// values.
 Match recognise_merl(Head head, std::uint64_t size) {
+  if (resembles_ngan(head) || recognises_ngan(head, size)) return Match::kNone;
   if (recognises_merl(head, size)) return Match::kWhole;
-  return resembles_merl(head, size) ? Match::kDamaged : Match::kNone;
+  return resembles_merl(head, size) ? Match::kPossible : Match::kNone;
+}
+
+// Likewise: the size, which no MERL table has, and numbers that make sense.
+Match recognise_utia(Head head, std::uint64_t size) {
+  if (!utia_shape_of_size(size)) return Match::kNone;
+  return begins_like_utia(head, size) ? Match::kWhole : Match::kPossible;
 }
 
 const std::array kFormats = {
@@ -64,6 +80,26 @@ const std::array kFormats = {
            .recognise = recognise_merl,
            .open = [](Bytes bytes, const Options& options) { return open_merl(std::move(bytes), options); },
            .save = save_merl},
+    Format{.name = "ngan",
+           .extension = ".dat",
+           .description = "anisotropic MERL-style table over bins of the angles (Ngan 2005)",
+           .page = "ngan.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .negatives = false, .channels = "any, without names", .values = "float32"},
+           .options = ngan_options(),
+           .recognise = recognise_ngan,
+           .open = open_ngan,
+           .save = save_ngan},
+    Format{.name = "utia",
+           .extension = ".bin",
+           .description = "UTIA table, anisotropic, theta to 75 or 86 degrees",
+           .page = "utia.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .values = "float64"},
+           .options = utia_options(),
+           .recognise = recognise_utia,
+           .open = open_utia,
+           .save = save_utia},
     Format{.name = "rgl",
            .extension = ".bsdf",
            .description = "RGL tensor file, RGB",
@@ -165,9 +201,19 @@ Result<const Format*> recognise(const ByteSource& bytes) {
     head = read_start(bytes, kTextHeadSize);
     if (!head) return head.error();
     if (const Format* format = find_format(*head, bytes.size(), damaged)) return format;
+}
+
+  const Format* surest = nullptr;
+  Match how_sure = Match::kNone;
+  for (const Format& format : kFormats) {
+    const Match match = format.recognise(*head, bytes.size());
+    if (match == Match::kWhole) return &format;
+    if (match <= how_sure) continue;
+    surest = &format;
+    how_sure = match;
   }
-  if (damaged == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
-  return damaged;
+  if (surest == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
+  return surest;
 }
 
 Result<std::unique_ptr<BrdfSource>> open_source(std::shared_ptr<const ByteSource> bytes, const Options& options) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -23,6 +24,17 @@ Grid grid_for(const BrdfSource& source, const Options& options) {
 ValueType type_for(const BrdfSource& source, const Grid& grid, const Options& options) {
   if (const auto text = options.text("type")) return value_of(kValueTypeNames, *text).value_or(ValueType::kFloat32);
   return is_table_of(source, grid) ? source.table()->type : ValueType::kFloat32;
+}
+
+bool has_nodes_of(const BrdfSource& source, const Grid& grid) {
+  if (source.table() == nullptr || source.table()->grid.frame != grid.frame) return false;
+  const auto& own = source.table()->grid.axes;
+  return std::equal(own.begin(), own.end(), grid.axes.begin(),
+                    [](const GridAxis& a, const GridAxis& b) { return a.nodes_deg() == b.nodes_deg(); });
+}
+
+Grid own_grid_if_same_nodes(const BrdfSource& source, Grid grid) {
+  return has_nodes_of(source, grid) ? source.table()->grid : std::move(grid);
 }
 
 FittingSource::FittingSource(const BrdfSource& source, const Grid& grid, Report& report) : source_(source) {

@@ -48,6 +48,12 @@ inline constexpr auto kValueTypeChoices = names_of(kValueTypeNames);
 /// Likewise the numbers.
 [[nodiscard]] ValueType type_for(const BrdfSource& source, const Grid& grid, const Options& options);
 
+/// Whether a source consists of a table with just the nodes of `grid`, whatever it says to lie beyond them.
+[[nodiscard]] bool has_nodes_of(const BrdfSource& source, const Grid& grid);
+/// The source's own grid where it has the nodes of `grid`, so that its numbers are copied; else `grid`. For formats
+/// that do not tell what lies beyond the nodes.
+[[nodiscard]] Grid own_grid_if_same_nodes(const BrdfSource& source, Grid grid);
+
 /// A source as a table of `grid` can hold it: itself, or made reciprocal where the grid is by construction and it is
 /// not, which is said in the report. Lives as long as `source` and this.
 class FittingSource {

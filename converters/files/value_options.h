@@ -12,7 +12,7 @@ namespace sbrdf::internal {
           .kind = OptionKind::kChoice,
           .use = use,
           .choices = kNegativesChoices,
-          .fallback = "keep",
+          .fallback = "keep, or clamp for an OUT in which they mean unmeasured",
           .meaning =
               "Values below 0 of a measured IN and of an OUT that is a table: keep them, make them 0, or take the "
               "pair of directions for unmeasured"};
@@ -29,9 +29,10 @@ namespace sbrdf::internal {
           "for unmeasured"};
 }
 
-/// `non_finite` where the option was not given.
-[[nodiscard]] inline ValuePolicy policy_of(const Options& options, NonFinite non_finite) {
-  return {value_of(kNegativesNames, options.text("negatives").value_or("keep")).value_or(Negatives::kKeep),
+/// `non_finite` and `negatives` where the option was not given.
+[[nodiscard]] inline ValuePolicy policy_of(const Options& options, NonFinite non_finite,
+                                           Negatives negatives = Negatives::kKeep) {
+  return {value_of(kNegativesNames, options.text("negatives").value_or("")).value_or(negatives),
           value_of(kNonFiniteNames, options.text("non-finite").value_or("")).value_or(non_finite)};
 }
 

@@ -42,6 +42,7 @@ std::vector<std::string> values_of(const OptionSpec& option) {
       {"placement", {"search", "paper", "14/36", "2.5/7.5"}},
       {"precision", {"lossless", "0.1%", "0.1", "50%", "0.0001%"}},
       {"merl-shape", {"1,1,1", "90,90,180", "4096,4096,4096"}},
+      {"ngan-shape", {"1,1,1,1", "45,45,72,36", "4096,4096,4096,4096"}},
       {"material", {"a"}},
       {"grid", {"5:10:5:10", "utia", "merl", "difference/0:5:5:10", "0,1,90:0,90:0,45:0,180", "mirror/90:15:30:10"}},
       {"hdf5-dataset", {"f_r", "group/table"}},
@@ -66,6 +67,7 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       {"placement", {"", "14", "14/", "/36", "14/36/2", "-14/36", "0/36", "nan/36", "14/inf", " 14/36", "auto"}},
       {"precision", {"", "%", "0", "51%", "0.00001%", "1e400", "Lossless"}},
       {"merl-shape", {"", "90", "90,90", "90,90,", "90,90,180,", "0,1,1", "1,4097,1", "90x90x180", "1, 1, 1"}},
+      {"ngan-shape", {"", "90", "45,45,72", "45,45,72,", "45,45,72,36,", "0,1,1,1", "1,1,1,4097", "1, 1,1,1"}},
       {"material", {}},
       {"grid", {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "-5:10:5:10", "0,95:0:0:0", "5,4:0:0:0", "x:1:1:1", "polar/5:5:5:5",
                 "5:0,360:5:10", "nan:1:1:1", "1e-9:1:1:1"}},
@@ -397,6 +399,9 @@ Options small_options(std::string_view format) {
   if (format == "merl") return Options().set("merl-shape", "6,6,6");
   if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
   return Options().set("grid", "45:90:45:90");
+  if (format == "ngan") return Options().set("ngan-shape", "3,3,6,4");
+  if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
+  return {};
 }
 
 /// With nothing to choose and nothing fitted, too.

@@ -13,7 +13,9 @@
 #include "converters/files/format_table.h"
 #include "converters/models/kurt.h"
 #include "formats/merl/merl.h"
+#include "formats/ngan/ngan.h"
 #include "formats/sbrdf/bundle.h"
+#include "formats/utia/utia.h"
 #include "tests/support/rgl_small_material.h"
 
 namespace sbrdf::internal::small_files {
@@ -34,6 +36,29 @@ inline Bytes merl(const MerlShape& shape = {2, 3, 4}) {
   MerlTable table{shape, std::vector<double>(kMerlChannelCount * merl_cell_count(shape))};
   std::iota(table.values.begin(), table.values.end(), 1.0);
   return emit_merl(table);
+}
+
+/// Anisotropic; values that rise from 1.
+inline Bytes ngan() {
+  const NganHeader header = {{2, 3, 4, 5}};
+  std::vector<float> values(header.channels * ngan_bin_count(header));
+  std::iota(values.begin(), values.end(), 1.0f);
+  Bytes bytes(ngan_file_size(header));
+  const auto head = emit_ngan_header(header);
+  std::memcpy(bytes.data(), head.data(), head.size());
+  std::memcpy(bytes.data() + head.size(), values.data(), bytes.size() - head.size());
+  return bytes;
+}
+
+/// 2 MB, as its size is all that tells the format; values that rise from 1.
+inline Bytes utia() {
+  static const Bytes file = [] {
+    std::vector<double> values(utia_file_size(kUtiaStandard) / sizeof(double));
+    std::iota(values.begin(), values.end(), 1.0);
+    const auto bytes = std::as_bytes(std::span(values));
+    return Bytes(bytes.begin(), bytes.end());
+  }();
+  return file;
 }
 
 inline Bytes make_sliced() {
@@ -120,6 +145,8 @@ inline std::string klems_text() {
 /// A valid file of a row of the format table. A new row needs one here.
 inline Bytes of(std::string_view format) {
   if (format == "merl") return merl();
+  if (format == "ngan") return ngan();
+  if (format == "utia") return utia();
   if (format == "sbrdf") return sliced();
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
