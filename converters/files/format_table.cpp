@@ -10,16 +10,22 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/csv/csv_file.h"
+#include "converters/files/exr/exr_file.h"
 #include "converters/files/foreign.h"
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
+#include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
+#include "converters/files/scattered/scattered_file.h"
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
+#include "formats/table/exr_image.h"
+#include "formats/table/npy.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -86,6 +92,46 @@ const std::array kFormats = {
            .options = {},
            .recognise = [](Head head, std::uint64_t) { return recognise_kurt_file(head); },
            .open = [](Bytes bytes, const Options&) { return open_kurt_file(*bytes); }},
+    Format{.name = "npy",
+           .extension = ".npy",
+           .description = "dense table as a NumPy array, with FILE.npy.json beside it",
+           .page = "npy.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
+           .options = npy_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_npy(head)); },
+           .open = open_npy,
+           .save = save_npy},
+    Format{.name = "exr",
+           .extension = ".exr",
+           .description = "dense table as an OpenEXR image, rows of light and columns of view",
+           .page = "exr.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32"},
+           .options = exr_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_exr(head)); },
+           .open = open_exr,
+           .save = save_exr,
+           .check = check_exr_options},
+    Format{.name = "csv",
+           .extension = ".csv",
+           .description = "dense table as text",
+           .page = "csv.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
+           .options = csv_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_csv(head)); },
+           .open = open_csv,
+           .save = save_csv},
+    Format{.name = "scattered",
+           .extension = ".txt",
+           .description = "samples at any directions, as text, fitted to a dense table",
+           .page = "scattered.md",
+           .capabilities = {Capability::kRead},
+           .holds = {.unmeasured = true, .channels = "any", .values = "text"},
+           .options = scattered_options(),
+           .recognise = recognise_scattered,
+           .open = open_scattered},
 };
 
 std::string files_of(const Format& format) { return std::string(format.extension) + " files"; }

@@ -43,6 +43,8 @@ std::vector<std::string> values_of(const OptionSpec& option) {
       {"precision", {"lossless", "0.1%", "0.1", "50%", "0.0001%"}},
       {"merl-shape", {"1,1,1", "90,90,180", "4096,4096,4096"}},
       {"material", {"a"}},
+      {"grid", {"5:10:5:10", "utia", "merl", "difference/0:5:5:10", "half-difference/0:5:5:0,90"}},
+      {"scattered-columns", {"theta_i,theta_v,phi_v,Y", "skip,phi_v,phi_i,theta_i,theta_v,R,G,B"}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -65,6 +67,8 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       {"precision", {"", "%", "0", "51%", "0.00001%", "1e400", "Lossless"}},
       {"merl-shape", {"", "90", "90,90", "90,90,", "90,90,180,", "0,1,1", "1,4097,1", "90x90x180", "1, 1, 1"}},
       {"material", {}},
+      {"grid", {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "angle/5:10:5:10", "5:10:5:x", "UTIA"}},
+      {"scattered-columns", {"", "theta_i,theta_v,phi_v", "theta_i,phi_i,theta_v,Y", "theta_i,theta_v,phi_v,phi_v,Y"}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -79,6 +83,14 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       break;
   }
   return texts.at(option.name);
+}
+
+/// What reading a small file of a format needs to be told.
+Options reading_options(const Format& format) {
+  Options options;
+  if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+  if (format.name == "npy") options.set("grid", std::string(small_files::kSmallGrid));
+  return options;
 }
 
 OptionUse use_of(const OptionSpec& option) { return option.use == OptionUse::kBoth ? OptionUse::kWrite : option.use; }
@@ -269,8 +281,7 @@ TEST(Recognise, AsksTheReaderWhatIsWrongWithADamagedFile) {
 
 TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
   for (const Format& format : formats()) {
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     auto bytes = source_of(small_files::of(format.name));
     const auto source = open_source(bytes, options);
     ASSERT_TRUE(source.ok()) << format.name << ": " << source.error().message;
@@ -284,8 +295,7 @@ TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
 
 TEST(OpenSource, TakesSourcesThatHaveNoView) {
   for (const Format& format : formats()) {
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     const auto file = std::make_shared<Bytes>(small_files::of(format.name));
     const auto called = std::make_shared<CallbackSource>(
         file->size(), [file](std::uint64_t offset, std::span<std::byte> target) -> Status {
@@ -305,8 +315,7 @@ TEST(OpenSource, PassesOnThatReadingFailed) {
         });
     // Files that are shorter than a head are read whole.
     if (file.size() <= kHeadSize) continue;
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     const auto source = open_source(broken, options);
     ASSERT_FALSE(source.ok()) << format.name;
     EXPECT_EQ(source.error().code, ErrorCode::kIo) << format.name << ": " << source.error().message;
@@ -357,6 +366,9 @@ struct Saved {
 
 /// Little work for any writer.
 Options small_options(std::string_view format) {
+  if (format == "npy" || format == "exr" || format == "csv") {
+    return Options().set("grid", std::string(small_files::kSmallGrid));
+  }
   return format == "merl" ? Options().set("merl-shape", "6,6,6")
                           : Options().set("samples", "60").set("placement", "40/180");
 }
@@ -476,7 +488,7 @@ TEST(SaveSource, WritesNothingThatOpenRefuses) {
         const auto saved = save(format.name, source, small_options(format.name));
         EXPECT_TRUE(saved.ok() || value != 0.3) << format.name << ": " << saved.error().message;
         if (!saved) continue;
-        const auto opened = open_source(source_of(saved->bytes));
+        const auto opened = open_source(source_of(saved->bytes), reading_options(format));
         EXPECT_TRUE(opened.ok()) << format.name << " " << value << ": " << opened.error().message;
       }
     }

@@ -61,12 +61,32 @@ inline Bytes bundle() {
   return emit_bundle(inputs).value();
 }
 
+/// Nodes of the small dense tables; that of an NPY file has to be told.
+inline constexpr std::string_view kSmallGrid = "difference/0:45:45:90";
+
+inline Bytes saved_as(std::string_view extension) {
+  const auto source = make_kurt_source(parse_kurt_json(kKurtJson).value());
+  MemorySink sink;
+  Report report;
+  const Options options = Options().set("grid", std::string(kSmallGrid));
+  if (Status saved = save_source(*find_writer(extension).value(), *source, sink, options, report); !saved) {
+    throw std::runtime_error(saved.error().message);
+  }
+  return std::move(sink).take();
+}
+
+inline constexpr std::string_view kScattered =
+    "# angles in degrees\n0 0 10 0 0.3 0.2 0.1\n30 0 10 0 0.3 0.2 0.1\n30 0 30 180 0.5 0.3 0.2\n60 0 30 90 0.2 0.1 "
+    "0.1\n";
+
 /// A valid file of a row of the format table. A new row needs one here.
 inline Bytes of(std::string_view format) {
   if (format == "merl") return merl();
   if (format == "sbrdf") return sliced();
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
+  if (format == "npy" || format == "exr" || format == "csv") return saved_as("." + std::string(format));
+  if (format == "scattered") return bytes_of(kScattered);
   if (format == "rgl") return rgl_testing::emit(rgl_testing::SmallMaterial().fields());
   throw std::runtime_error("no small file of the format " + std::string(format));
 }
