@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/csv/csv_file.h"
+#include "converters/files/exr/exr_file.h"
 #include "converters/files/foreign.h"
 #include "converters/files/hdf5/hdf5_file.h"
 #include "converters/files/klems/klems_source.h"
@@ -17,7 +19,9 @@
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
 #include "converters/files/ngan/ngan.h"
+#include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
+#include "converters/files/scattered/scattered_file.h"
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
@@ -28,6 +32,8 @@
 #include "formats/sbrdf/container.h"
 #include "formats/table/hdf5_table.h"
 #include "formats/zemax/zemax.h"
+#include "formats/table/exr_image.h"
+#include "formats/table/npy.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -156,6 +162,46 @@ const std::array kFormats = {
            .options = klems_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_klems(head)); },
            .open = open_klems},
+    Format{.name = "npy",
+           .extension = ".npy",
+           .description = "dense table as a NumPy array, with FILE.npy.json beside it",
+           .page = "npy.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
+           .options = npy_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_npy(head)); },
+           .open = open_npy,
+           .save = save_npy},
+    Format{.name = "exr",
+           .extension = ".exr",
+           .description = "dense table as an OpenEXR image, rows of light and columns of view",
+           .page = "exr.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32"},
+           .options = exr_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_exr(head)); },
+           .open = open_exr,
+           .save = save_exr,
+           .check = check_exr_options},
+    Format{.name = "csv",
+           .extension = ".csv",
+           .description = "dense table as text",
+           .page = "csv.md",
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
+           .options = csv_options(),
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_csv(head)); },
+           .open = open_csv,
+           .save = save_csv},
+    Format{.name = "scattered",
+           .extension = ".txt",
+           .description = "samples at any directions, as text, fitted to a dense table",
+           .page = "scattered.md",
+           .capabilities = {Capability::kRead},
+           .holds = {.unmeasured = true, .channels = "any", .values = "text"},
+           .options = scattered_options(),
+           .recognise = recognise_scattered,
+           .open = open_scattered},
 };
 
 // Of rows that are read only, some share an extension: ".bsdf files (zemax)".

@@ -7,18 +7,23 @@
 #include <limits>
 #include <utility>
 
+#include "formats/core/half.h"
+
 namespace sbrdf::internal {
 
 StridedValues::StridedValues(std::shared_ptr<const void> owner, const std::byte* first, Layout layout)
-    : owner_(std::move(owner)), first_(first), layout_(std::move(layout)) {
-  assert(layout_.type != ValueType::kFloat16);
-}
+    : owner_(std::move(owner)), first_(first), layout_(std::move(layout)) {}
 
 double StridedValues::number(std::uint64_t position) const {
   if (layout_.type == ValueType::kFloat64) {
     double value;
     std::memcpy(&value, first_ + sizeof value * position, sizeof value);
     return value;
+  }
+  if (layout_.type == ValueType::kFloat16) {
+    std::uint16_t bits;
+    std::memcpy(&bits, first_ + sizeof bits * position, sizeof bits);
+    return float_from_half(bits);
   }
   float value;
   std::memcpy(&value, first_ + sizeof value * position, sizeof value);

@@ -46,7 +46,7 @@ struct DenseTable {
 class StridedValues final : public NodeValues {
  public:
   struct Layout {
-    ValueType type = ValueType::kFloat32;                 ///< not kFloat16
+    ValueType type = ValueType::kFloat32;
     std::array<std::uint64_t, 4> strides = {0, 0, 0, 0};  ///< numbers from one node to the next along each axis
     std::uint64_t channel_stride = 0;                     ///< numbers from one channel to the next
     std::vector<double> scales;                           ///< of each channel

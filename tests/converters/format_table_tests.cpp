@@ -46,6 +46,7 @@ std::vector<std::string> values_of(const OptionSpec& option) {
       {"material", {"a"}},
       {"grid", {"5:10:5:10", "utia", "merl", "difference/0:5:5:10", "0,1,90:0,90:0,45:0,180", "mirror/90:15:30:10"}},
       {"hdf5-dataset", {"f_r", "group/table"}},
+      {"scattered-columns", {"theta_i,theta_v,phi_v,Y", "skip,phi_v,phi_i,theta_i,theta_v,R,G,B"}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -69,9 +70,11 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       {"merl-shape", {"", "90", "90,90", "90,90,", "90,90,180,", "0,1,1", "1,4097,1", "90x90x180", "1, 1, 1"}},
       {"ngan-shape", {"", "90", "45,45,72", "45,45,72,", "45,45,72,36,", "0,1,1,1", "1,1,1,4097", "1, 1,1,1"}},
       {"material", {}},
-      {"grid", {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "-5:10:5:10", "0,95:0:0:0", "5,4:0:0:0", "x:1:1:1", "polar/5:5:5:5",
-                "5:0,360:5:10", "nan:1:1:1", "1e-9:1:1:1"}},
+      {"grid",
+       {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "-5:10:5:10", "0,95:0:0:0", "5,4:0:0:0", "x:1:1:1",
+        "polar/5:5:5:5", "UTIA", "5:0,360:5:10", "nan:1:1:1", "1e-9:1:1:1"}},
       {"hdf5-dataset", {}},
+      {"scattered-columns", {"", "theta_i,theta_v,phi_v", "theta_i,phi_i,theta_v,Y", "theta_i,theta_v,phi_v,phi_v,Y"}},
   };
   switch (option.kind) {
     case OptionKind::kNumber:
@@ -86,6 +89,14 @@ std::vector<std::string> values_against(const OptionSpec& option) {
       break;
   }
   return texts.at(option.name);
+}
+
+/// What reading a small file of a format needs to be told.
+Options reading_options(const Format& format) {
+  Options options;
+  if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+  if (format.name == "npy") options.set("grid", std::string(small_files::kSmallGrid));
+  return options;
 }
 
 OptionUse use_of(const OptionSpec& option) { return option.use == OptionUse::kBoth ? OptionUse::kWrite : option.use; }
@@ -308,8 +319,7 @@ TEST(Recognise, AsksTheReaderWhatIsWrongWithADamagedFile) {
 
 TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
   for (const Format& format : formats()) {
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     auto bytes = source_of(small_files::of(format.name));
     const auto source = open_source(bytes, options);
     ASSERT_TRUE(source.ok()) << format.name << ": " << source.error().message;
@@ -323,8 +333,7 @@ TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
 
 TEST(OpenSource, TakesSourcesThatHaveNoView) {
   for (const Format& format : formats()) {
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     const auto file = std::make_shared<Bytes>(small_files::of(format.name));
     const auto called = std::make_shared<CallbackSource>(
         file->size(), [file](std::uint64_t offset, std::span<std::byte> target) -> Status {
@@ -344,8 +353,7 @@ TEST(OpenSource, PassesOnThatReadingFailed) {
         });
     // Files that are shorter than a head are read whole.
     if (file.size() <= kHeadSize) continue;
-    Options options;
-    if (format.capabilities.has(Capability::kManyMaterials)) options.set("material", "b");
+    const Options options = reading_options(format);
     const auto source = open_source(broken, options);
     ASSERT_FALSE(source.ok()) << format.name;
     EXPECT_EQ(source.error().code, ErrorCode::kIo) << format.name << ": " << source.error().message;
@@ -397,10 +405,10 @@ struct Saved {
 /// Little work for any writer.
 Options small_options(std::string_view format) {
   if (format == "merl") return Options().set("merl-shape", "6,6,6");
-  if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
-  return Options().set("grid", "45:90:45:90");
   if (format == "ngan") return Options().set("ngan-shape", "3,3,6,4");
   if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
+  if (find_option(row(format).options, "grid", OptionUse::kWrite) != nullptr)
+    return Options().set("grid", "45:90:45:90");
   return {};
 }
 
@@ -519,7 +527,7 @@ TEST(SaveSource, WritesNothingThatOpenRefuses) {
         const auto saved = save(format.name, source, small_options(format.name));
         EXPECT_TRUE(saved.ok() || value != 0.3) << format.name << ": " << saved.error().message;
         if (!saved) continue;
-        const auto opened = open_source(source_of(saved->bytes));
+        const auto opened = open_source(source_of(saved->bytes), reading_options(format));
         EXPECT_TRUE(opened.ok()) << format.name << " " << value << ": " << opened.error().message;
       }
     }

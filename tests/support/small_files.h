@@ -86,20 +86,18 @@ inline Bytes bundle() {
   return emit_bundle(inputs).value();
 }
 
-/// A dense table of a few nodes.
-inline Bytes make_hdf5() {
+/// Nodes of the small dense tables; that of an NPY file has to be told.
+inline constexpr std::string_view kSmallGrid = "difference/0:45:45:90";
+
+inline Bytes saved_as(std::string_view extension) {
   const auto source = make_kurt_source(parse_kurt_json(kKurtJson).value());
   MemorySink sink;
   Report report;
-  const Options options = Options().set("grid", "difference/0:45:45:90");
-  if (Status saved = save_source(*find_writer(".h5").value(), *source, sink, options, report); !saved) {
+  const Options options = Options().set("grid", std::string(kSmallGrid));
+  if (Status saved = save_source(*find_writer(extension).value(), *source, sink, options, report); !saved) {
     throw std::runtime_error(saved.error().message);
   }
   return std::move(sink).take();
-}
-inline Bytes hdf5() {
-  static const Bytes file = make_hdf5();
-  return file;
 }
 
 /// f_r = 0.1 + 0.2 cos(radial / 2) + 0.05 cos(azimuth) of a monochrome file, at two rotations and incidences.
@@ -142,6 +140,10 @@ inline std::string klems_text() {
          numbers + "</ScatteringData>\n</WavelengthDataBlock></WavelengthData>\n</Layer></Optical>\n</WindowElement>\n";
 }
 
+inline constexpr std::string_view kScattered =
+    "# angles in degrees\n0 0 10 0 0.3 0.2 0.1\n30 0 10 0 0.3 0.2 0.1\n30 0 30 180 0.5 0.3 0.2\n60 0 30 90 0.2 0.1 "
+    "0.1\n";
+
 /// A valid file of a row of the format table. A new row needs one here.
 inline Bytes of(std::string_view format) {
   if (format == "merl") return merl();
@@ -150,9 +152,11 @@ inline Bytes of(std::string_view format) {
   if (format == "sbrdf") return sliced();
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
-  if (format == "hdf5") return hdf5();
   if (format == "zemax") return bytes_of(zemax_text());
   if (format == "klems") return bytes_of(klems_text());
+  if (format == "hdf5") return saved_as(".h5");
+  if (format == "npy" || format == "exr" || format == "csv") return saved_as("." + std::string(format));
+  if (format == "scattered") return bytes_of(kScattered);
   if (format == "rgl") return rgl_testing::emit(rgl_testing::SmallMaterial().fields());
   throw std::runtime_error("no small file of the format " + std::string(format));
 }
