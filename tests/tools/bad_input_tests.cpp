@@ -72,6 +72,15 @@ std::vector<BadFile> bad_files() {
       {"FourierBsdf", bytes_of(std::string("SCATFUN\1", 8) + std::string(64, '\0')), 4, "Fourier"},
       {"Noise", bytes_of("\x01\x02\x03\x04 nothing that anybody knows \x7F\xFF"), 3, "not recognised"},
       {"WebPage", bytes_of("<!DOCTYPE html>\n<html><body>Not found"), 3, "this is a web page (HTML)"},
+      {"XmlOfAnotherKind", bytes_of("<?xml version=\"1.0\"?>\n<scene/>"), 3, "an XML file without the root element"},
+      {"KlemsCut", bytes_of("<WindowElement>\n<Optical>"), 3, "not whole XML"},
+      {"ZemaxCut", bytes_of("# Sample\nSource Measured\nSymmetry PlaneSymmetrical\n"), 3, "the file ends early"},
+      {"ZemaxTransmission",
+       bytes_of(
+           "Source a\nSymmetry PlaneSymmetrical\nSpectralContent Monochrome\nScatterType BTDF\nSampleRotation 1\n0\n"
+           "AngleOfIncidence 1\n0\nScatterAzimuth 1\n0\nScatterRadial 1\n0\nMonochrome\nDataBegin\nTIS "
+           "1\n1\nDataEnd\n"),
+       4, "ScatterType is BTDF"},
       {"GitLfsPointer", bytes_of("version https://git-lfs.github.com/spec/v1\noid sha256:4d\nsize 9\n"), 3, "Git LFS"},
       {"Gzip", bytes_of(std::string("\x1F\x8B\x08\0\0\0\0\0\0\3", 10)), 3, "gzip-compressed"},
       {"Zip", bytes_of(std::string("PK\3\4\x14\0\0\0\x08\0", 10)), 3, "a zip archive"},
