@@ -86,8 +86,8 @@ bool link_to(const Descriptor& file, const char* path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path target, Descriptor file, std::string name)
-    : target_(std::move(target)), file_(std::move(file)), name_(std::move(name)) {
+AtomicFile::AtomicFile(fs::path target, Descriptor file, std::string name, AfterSignal after_signal)
+    : target_(std::move(target)), file_(std::move(file)), name_(std::move(name)), after_signal_(after_signal) {
   // Short names live inside the string, which has moved.
   if (!name_.empty()) remove_on_abort(name_.c_str());
 }
@@ -98,7 +98,8 @@ AtomicFile::~AtomicFile() {
   remove_on_abort(nullptr);
 }
 
-Result<std::unique_ptr<AtomicFile>> AtomicFile::create(const fs::path& path, WhileWritten kind) {
+Result<std::unique_ptr<AtomicFile>> AtomicFile::create(const fs::path& path, WhileWritten kind,
+                                                       AfterSignal after_signal) {
   Result<fs::path> target = follow_links(path);
   if (!target) return target.error();
   if (Status free = check_target(*target); !free) return free.error();
@@ -113,14 +114,15 @@ Result<std::unique_ptr<AtomicFile>> AtomicFile::create(const fs::path& path, Whi
       return number >= 0;
     });
     if (!made) return system_error("no file can be made in the folder " + folder.string());
-    return std::unique_ptr<AtomicFile>(new AtomicFile(*std::move(target), Descriptor(number), std::move(name)));
+    return std::unique_ptr<AtomicFile>(
+        new AtomicFile(*std::move(target), Descriptor(number), std::move(name), after_signal));
   }
-  return std::unique_ptr<AtomicFile>(new AtomicFile(*std::move(target), std::move(file), {}));
+  return std::unique_ptr<AtomicFile>(new AtomicFile(*std::move(target), std::move(file), {}, after_signal));
 }
 
 Status AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    if (interrupted()) return interrupted_error();
+    if (stopped()) return interrupted_error();
     const ssize_t put =
         ::pwrite(file_.number(), bytes.data(), std::min(kPiece, bytes.size()), static_cast<off_t>(offset));
     if (put < 0 && errno == EINTR) continue;
@@ -134,7 +136,8 @@ Status AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes)
 std::string AtomicFile::path() const { return name_.empty() ? path_of(file_) : name_; }
 
 Result<ByteSink*> AtomicFile::sibling(std::string_view suffix) {
-  Result<std::unique_ptr<AtomicFile>> file = create(target_.string() + std::string(suffix));
+  Result<std::unique_ptr<AtomicFile>> file =
+      create(target_.string() + std::string(suffix), WhileWritten::kNameless, after_signal_);
   if (!file) return file.error();
   siblings_.push_back(*std::move(file));
   return siblings_.back().get();
@@ -149,10 +152,12 @@ Status AtomicFile::commit() {
   const bool replaces = ::stat(target_.c_str(), &before) == 0;
   if (replaces && !S_ISREG(before.st_mode)) return io_error("exists and is not an ordinary file");
   if (replaces && ::fchmod(file_.number(), before.st_mode & 07777U) != 0) return system_error("cannot be written");
-  if (::fsync(file_.number()) != 0) return system_error("cannot be written");
-  if (interrupted()) return interrupted_error();
+  if (after_signal_ == AfterSignal::kStop && ::fsync(file_.number()) != 0) return system_error("cannot be written");
+  if (stopped()) return interrupted_error();
   return publish() ? ok_status() : Status(system_error("cannot be written"));
 }
+
+bool AtomicFile::stopped() const { return after_signal_ == AfterSignal::kStop && interrupted(); }
 
 bool AtomicFile::publish() {
   if (name_.empty()) {
@@ -173,8 +178,8 @@ Status check_destination(const fs::path& path) {
   return file ? ok_status() : Status(file.error());
 }
 
-Status write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
-  const Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(path);
+Status write_file_atomically(const fs::path& path, std::span<const std::byte> bytes, AfterSignal after_signal) {
+  const Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(path, WhileWritten::kNameless, after_signal);
   if (!file) return file.error();
   if (Status written = (*file)->write(0, bytes); !written) return written.error();
   return (*file)->commit();

@@ -21,6 +21,12 @@ enum class WhileWritten : std::uint8_t {
   kNamed,     ///< .sbrdf-PID-N.tmp in the folder of the target; what a file system without O_TMPFILE gets
 };
 
+/// What a signal means for a file that is being written.
+enum class AfterSignal : std::uint8_t {
+  kStop,      ///< write() and commit() are the work that was to be interrupted
+  kComplete,  ///< small files that say how far the work came: nothing is lost with them, so the disk is not waited for
+};
+
 /// A file that is there whole or not at all: bytes go to a new file in the folder of `path`, and commit() puts that in
 /// the place of `path`. Without commit() nothing changes and nothing is left behind.
 ///
@@ -34,12 +40,14 @@ class AtomicFile final : public ByteSink {
   /// `path` is a directory, a device or pipe, or a file that may not be written; its folder is missing, is none, or
   /// takes no new files.
   [[nodiscard]] static Result<std::unique_ptr<AtomicFile>> create(const std::filesystem::path& path,
-                                                                  WhileWritten kind = WhileWritten::kNameless);
+                                                                  WhileWritten kind = WhileWritten::kNameless,
+                                                                  AfterSignal after_signal = AfterSignal::kStop);
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile() override;
 
-  /// From any number of threads at once. kIo where the operating system refuses, interrupted_error() after a signal.
+  /// From any number of threads at once. kIo where the operating system refuses, interrupted_error() after a signal
+  /// that is to stop it.
   [[nodiscard]] Status write(std::uint64_t offset, std::span<const std::byte> bytes) override;
 
   /// Also of a file without a name: one by which this process can open it.
@@ -47,24 +55,28 @@ class AtomicFile final : public ByteSink {
   /// Gets its own name in commit() of this one, just before.
   [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override;
 
-  /// Waits for the disk and gives the file its name, with the permissions of the file that it replaces. Once, after all
-  /// writing. kIo and interrupted_error() as for write(): what was at `path` is untouched then.
+  /// Waits for the disk (unless kComplete) and gives the file its name, with the permissions of the file that it
+  /// replaces. Once, after all writing. kIo and interrupted_error() as for write(): what was at `path` is untouched
+  /// then.
   [[nodiscard]] Status commit();
 
  private:
-  AtomicFile(std::filesystem::path target, Descriptor file, std::string name);
+  AtomicFile(std::filesystem::path target, Descriptor file, std::string name, AfterSignal after_signal);
   [[nodiscard]] bool publish();
+  [[nodiscard]] bool stopped() const;
 
   std::filesystem::path target_;
   Descriptor file_;
   std::string name_;  ///< of the temporary file, removed with this; empty where it has none
   std::vector<std::unique_ptr<AtomicFile>> siblings_;
+  AfterSignal after_signal_ = AfterSignal::kStop;
 };
 
 /// Whether AtomicFile::create() succeeds now: for asking before long work. Leaves nothing behind.
 [[nodiscard]] Status check_destination(const std::filesystem::path& path);
 
 /// A whole file at once; see AtomicFile.
-[[nodiscard]] Status write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+[[nodiscard]] Status write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes,
+                                           AfterSignal after_signal = AfterSignal::kStop);
 
 }  // namespace sbrdf::internal

@@ -52,7 +52,8 @@ ROOMS = {
     "tools": {
         "console": [],
         "io": ["console"],
-        "commands": ["console", "io"],
+        "conversion": ["console", "io"],
+        "commands": ["console", "io", "conversion"],
     },
 }
 MOST_FILES = 15  # in one folder

@@ -108,11 +108,13 @@ bool flush_output() {
   return output_errno == 0;
 }
 
-void print_json(const nlohmann::ordered_json& json) {
+std::string json_text(const nlohmann::ordered_json& json) {
   std::string text;
   append_json(json, "\n", text);
-  print(escape_controls(text) + "\n");
+  return escape_controls(text) + "\n";
 }
+
+void print_json(const nlohmann::ordered_json& json) { print(json_text(json)); }
 
 int report_error(std::string_view subject, const Error& error) {
   if (interrupted()) return tell_interrupt();

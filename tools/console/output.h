@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <string_view>
 
 #include "formats/core/result.h"
@@ -21,8 +22,11 @@ void print(std::string_view text);
 /// Hands what was printed to the reader, however slow, unless a signal comes. False once output was lost.
 [[nodiscard]] bool flush_output();
 
-/// Prints an object or array and a line feed. Bytes that are not UTF-8 are replaced, what controls a terminal is
-/// escaped, NaN and infinity become null.
+/// An object or array and a line feed. Bytes that are not UTF-8 are replaced, what controls a terminal is escaped, NaN
+/// and infinity become null.
+[[nodiscard]] std::string json_text(const nlohmann::ordered_json& json);
+
+/// Prints json_text.
 void print_json(const nlohmann::ordered_json& json);
 
 /// The line "sbrdf: SUBJECT: MESSAGE (at byte N)" on standard error, each part passed through one_line; `subject` is

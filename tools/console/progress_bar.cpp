@@ -55,8 +55,10 @@ struct ProgressBar::State {
 
 ProgressBar::ProgressBar(std::string label) : state_(std::make_unique<State>()) { state_->label = std::move(label); }
 
-ProgressBar::~ProgressBar() {
-  if (!state_->drawn) return;
+ProgressBar::~ProgressBar() { wipe(); }
+
+void ProgressBar::wipe() {
+  if (!std::exchange(state_->drawn, false)) return;
   std::fputs("\r\x1B[K", stderr);
   std::fflush(stderr);
 }

@@ -19,6 +19,9 @@ class ProgressBar {
   /// Must not be used once the bar is gone.
   [[nodiscard]] Progress progress();
 
+  /// Takes the bar away until there is progress again, so that a line can be printed in its place.
+  void wipe();
+
  private:
   struct State;
   std::unique_ptr<State> state_;

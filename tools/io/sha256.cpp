@@ -21,14 +21,17 @@ constexpr std::size_t kPiece = std::size_t{1} << 20U;
 
 std::string sha256_of(const std::filesystem::path& path) {
   const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file) return {};
+  return file ? sha256_of(**file) : std::string();
+}
+
+std::string sha256_of(const ByteSource& bytes) {
   const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
   if (!context || EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) != 1) return {};
   std::vector<std::byte> piece;
-  for (std::uint64_t offset = 0; offset < (*file)->size(); offset += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, (*file)->size() - offset)));
+  for (std::uint64_t offset = 0; offset < bytes.size(); offset += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, bytes.size() - offset)));
     if (interrupted()) return {};
-    if (!(*file)->read(offset, piece) || EVP_DigestUpdate(context.get(), piece.data(), piece.size()) != 1) return {};
+    if (!bytes.read(offset, piece) || EVP_DigestUpdate(context.get(), piece.data(), piece.size()) != 1) return {};
   }
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
