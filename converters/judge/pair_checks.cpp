@@ -273,7 +273,8 @@ SelfDifference reciprocity_of(const BrdfSource& source) {
 
 PairChecks check_pairs(const BrdfSource& source) {
   std::mt19937_64 random(11);
-  const HighlightDraw draw(source.traits().theta_max_deg);
+  // A table whose one theta is 0 still has a direction to look at.
+  const HighlightDraw draw(std::max(source.traits().theta_max_deg, 0.01));
   Sample sample;
   for (std::size_t k = 0; k < kDrawn; ++k) {
     const WeightedPair drawn = draw(random);
