@@ -32,6 +32,7 @@ int run_command(int argc, char** argv) {
   sbrdf::internal::add_convert(program, exit_code);
   sbrdf::internal::add_info(program, exit_code);
   sbrdf::internal::add_compare(program, exit_code);
+  sbrdf::internal::add_check(program, exit_code);
   sbrdf::internal::add_eval(program, exit_code);
   sbrdf::internal::add_formats(program, exit_code);
   sbrdf::internal::add_extract(program, exit_code);

@@ -10,6 +10,7 @@ namespace sbrdf::internal {
 void add_convert(CLI::App& program, int& exit_code);
 void add_info(CLI::App& program, int& exit_code);
 void add_compare(CLI::App& program, int& exit_code);
+void add_check(CLI::App& program, int& exit_code);
 void add_eval(CLI::App& program, int& exit_code);
 void add_formats(CLI::App& program, int& exit_code);
 void add_extract(CLI::App& program, int& exit_code);
