@@ -281,6 +281,7 @@ TEST(UtiaWrite, HoldsTheSourceAtEachDirection) {
   ASSERT_EQ(numbers.size(), expected.size());
   for (std::size_t n = 0; n < numbers.size(); ++n) ASSERT_NEAR(numbers[n], expected[n], 1e-6) << n;
   EXPECT_TRUE(has_remark(saved->report, "resampling_mre_percent"));
+  EXPECT_TRUE(has_remark(saved->report, "theta_last_deg")) << "the source goes to 90 degrees, the table to 50";
 }
 
 TEST(UtiaWrite, EncodesWhatReadingDecodes) {
@@ -315,7 +316,7 @@ TEST(UtiaWrite, DoesAsAskedWithWhatWasNotMeasured) {
   EXPECT_EQ(numbers_in(zero->bytes)[6 + 144], 0);
   EXPECT_TRUE(has_remark(zero->report, "unmeasured_nodes"));
   const auto refused = write(*source, Options().set("utia-unmeasured", "refuse"));
-  EXPECT_THAT(refused.error().message, HasSubstr("did not measure theta_i 0, phi_i 0, theta_v 25, phi_v 180 degrees"));
+  EXPECT_THAT(refused.error().message, HasSubstr("no value at theta_i 0, phi_i 0, theta_v 25, phi_v 180 degrees"));
 }
 
 TEST(UtiaWrite, MakesNoFileThatIsNotRecognised) {
