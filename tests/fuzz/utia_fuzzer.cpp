@@ -6,13 +6,13 @@
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"
 
-// The reader of UTIA tables, at the smallest shape that has cells in all four angles: 3 x 16 x 16 numbers. Published
+// The reader of UTIA tables, at the smallest shape that has cells in all four angles: 3 x 6 x 6 numbers. Published
 // sizes differ from it in the counts alone. What it accepts must evaluate to finite values and be written again.
 
 namespace sbrdf::internal::fuzzing {
 namespace {
 
-constexpr UtiaShape kShape = {2, 2, 60, 180};
+constexpr UtiaShape kShape = {2, 3, 60, 120};
 
 void evaluate_everywhere(const BrdfSource& source) {
   constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};

@@ -191,6 +191,15 @@ TEST(UtiaSource, HoldsTheLastThetaOrGoesOnInAStraightLine) {
   EXPECT_THAT(source->traits().beyond_theta_max, HasSubstr("straight line"));
 }
 
+TEST(UtiaSource, StaysFiniteInAStraightLineThroughLargeValues) {
+  const auto rising = [](double last) {
+    return open(numbers_of(kSmall, [=](auto ti, auto, auto tv, auto, auto) { return ti + tv == 4 ? last : 1; }),
+                {.extrapolated = true});
+  };
+  EXPECT_EQ(value(*rising(1e38), 89, 0, 89, 0)[0], 1e38f);
+  EXPECT_EQ(value(*rising(-1e38), 89, 0, 89, 0)[0], -1e38f);
+}
+
 TEST(UtiaSource, DecodesBeforeOrAfterInterpolating) {
   const std::vector<double> numbers = numbers_of(kSmall, [](auto, auto, auto tv, auto, auto) { return 70.0 * tv; });
   const auto decoded = [](double x) { return std::pow((x + 0.055) / 1.055, 2.4); };
