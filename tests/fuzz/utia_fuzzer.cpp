@@ -31,8 +31,10 @@ void evaluate_everywhere(const BrdfSource& source) {
 
 void run(const Bytes& bytes) {
   static_cast<void>(recognises_utia(bytes, utia_file_size(kUtiaStandard)));
-  const UtiaConventions conventions[] = {{},
-                                         {.gamma = UtiaGamma::kNone, .scale = 100, .white = 140, .extrapolated = true}};
+  const UtiaConventions conventions[] = {
+      {},
+      {.gamma = UtiaGamma::kNone, .scale = 100, .white = 140, .extrapolated = true},
+      {.gamma = UtiaGamma::kSrgbAfter, .scale = 100, .white = 140, .extrapolated = true}};
   for (const UtiaConventions& meant : conventions) {
     const auto source = make_utia_source(std::make_shared<MemorySource>(bytes), kShape, meant,
                                          {Negatives::kKeep, NonFinite::kUnmeasured});
