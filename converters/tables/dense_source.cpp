@@ -139,7 +139,7 @@ class Interpolator {
     const bool found = weights > kFaintest;
     for (std::size_t c = 0; c < channels; ++c) {
       double value = found ? (holes ? sums_[c] / weights : sums_[c]) : 0;
-      if (corners.beyond && !negative) value = std::max(value, 0.0);
+      if (corners.beyond) value = std::clamp(value, negative ? -kTableLargest : 0.0, kTableLargest);
       result[c] = static_cast<float>(value);
     }
     return found || corners.count == 0;

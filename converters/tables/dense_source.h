@@ -37,7 +37,8 @@ struct DenseDescription {
 /// A dense table that can be evaluated: linear between the 16 nodes around a pair (in what each axis is linear in),
 /// with the ends of each axis as it says. Nodes that were not measured are left out and the remaining weights scaled
 /// up; a pair is unmeasured where these weigh more, of those above the horizon. Where an axis is extrapolated, what
-/// would become negative there and is not at the nodes, is 0. In half/difference and mirror coordinates a pair at the
+/// would become negative there and is not at the nodes, is 0, and what would become larger than kTableLargest is held
+/// there. In half/difference and mirror coordinates a pair at the
 /// horizon may lie among nodes below it alone: it takes the value shortly above.
 class DenseSource final : public BrdfSource {
  public:

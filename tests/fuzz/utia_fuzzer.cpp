@@ -6,13 +6,13 @@
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"
 
-// The reader of UTIA tables, at the smallest shape that has cells in all four angles: 3 x 16 x 16 numbers. Published
+// The reader of UTIA tables, at the smallest shape that has cells in all four angles: 3 x 6 x 6 numbers. Published
 // sizes differ from it in the counts alone. What it accepts must evaluate to finite values and be written again.
 
 namespace sbrdf::internal::fuzzing {
 namespace {
 
-constexpr UtiaShape kShape = {2, 2, 60, 180};
+constexpr UtiaShape kShape = {2, 3, 60, 120};
 
 void evaluate_everywhere(const BrdfSource& source) {
   constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
@@ -31,8 +31,10 @@ void evaluate_everywhere(const BrdfSource& source) {
 
 void run(const Bytes& bytes) {
   static_cast<void>(recognises_utia(bytes, utia_file_size(kUtiaStandard)));
-  const UtiaConventions conventions[] = {{},
-                                         {.gamma = UtiaGamma::kNone, .scale = 100, .white = 140, .extrapolated = true}};
+  const UtiaConventions conventions[] = {
+      {},
+      {.gamma = UtiaGamma::kNone, .scale = 100, .white = 140, .extrapolated = true},
+      {.gamma = UtiaGamma::kSrgbAfter, .scale = 100, .white = 140, .extrapolated = true}};
   for (const UtiaConventions& meant : conventions) {
     const auto source = make_utia_source(std::make_shared<MemorySource>(bytes), kShape, meant,
                                          {Negatives::kKeep, NonFinite::kUnmeasured});

@@ -109,14 +109,18 @@ TEST(Convert, TakesWhatEvalPrints) {
   write_bytes(folder / "grey:1.sbrdf", grey_sliced());
   write_bytes(folder / "bundle", small_files::bundle());
   write_bytes(folder / "tensors", small_files::of("rgl"));
-  for (const std::string& in : {std::string("kurt:wood01"), "kurt:" + (folder / "parameters.json"),
-                                folder / "parameters.json", folder / "no extension", folder / "slices",
-                                folder / "grey:1.sbrdf", (folder / "bundle") + ":b", folder / "tensors"}) {
+  write_bytes(folder / "bins", small_files::of("ngan"));
+  write_bytes(folder / "directions", small_files::of("utia"));
+  for (const std::string& in :
+       {std::string("kurt:wood01"), "kurt:" + (folder / "parameters.json"), folder / "parameters.json",
+        folder / "no extension", folder / "slices", folder / "grey:1.sbrdf", (folder / "bundle") + ":b",
+        folder / "tensors", folder / "bins", folder / "directions"}) {
     const ProgramRun eval = run_sbrdf({"eval", in}, {.input = "theta_i,phi_i,theta_v,phi_v\n10,0,20,30\n"});
     ASSERT_EQ(eval.exit_code, 0) << in << eval.err;
     const std::vector<std::vector<std::string>> outputs = {
         plainly({"convert", in, folder / "out.sbrdf", "--samples", "60", "--placement", "40/180"}),
-        {"convert", in, folder / "out.binary", "--merl-shape", "6,6,6"}};
+        {"convert", in, folder / "out.binary", "--merl-shape", "6,6,6"},
+        {"convert", in, folder / "out.dat", "--ngan-shape", "3,3,6,4"}};
     for (const std::vector<std::string>& arguments : outputs) {
       const ProgramRun run = run_sbrdf(arguments);
       EXPECT_EQ(run.exit_code, 0) << in << run.err;

@@ -40,7 +40,9 @@ class DecodedSource final : public BrdfSource {
   [[nodiscard]] const SourceTraits& traits() const override { return decoded_->traits(); }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
     interpolate_table(encoded_, pairs, values);
-    for (float& value : values) value = static_cast<float>(utia_value(value, conventions_));
+    for (float& value : values) {
+      value = static_cast<float>(std::clamp(utia_value(value, conventions_), -kTableLargest, kTableLargest));
+    }
   }
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
     decoded_->measured(pairs, flags);

@@ -53,7 +53,7 @@ class Writer {
     GridNode at = block.first;
     at[2] += static_cast<std::uint32_t>(node / block.count[3]);
     at[3] += static_cast<std::uint32_t>(node % block.count[3]);
-    return invalid_file("the source did not measure " + grid_.node_text(at));
+    return invalid_file("the source has no value at " + grid_.node_text(at));
   }
 
   // Of the beginning of the file, which is nothing but numbers.
@@ -85,6 +85,18 @@ void remark_conventions(Report& report, const BrdfSource& source, const UtiaConv
         {"channel_names_lost", 3,
          fmt::format("channels {} are read back as R, G, B", fmt::join(source.traits().channels, ", "))});
   }
+}
+
+/// Directions that the table leaves out.
+void remark_end(Report& report, const BrdfSource& source, const Grid& grid) {
+  const double last = grid.theta_max_deg();
+  const double measured = source.traits().theta_max_deg;
+  if (measured <= last) return;
+  report.remarks.push_back(
+      {"theta_last_deg", last,
+       fmt::format("theta beyond {:g} degrees, of {:g} in the source, is left out: readers make up "
+                   "what lies there",
+                   last, measured)});
 }
 
 /// What the table gives back between its nodes.
@@ -123,6 +135,7 @@ Status write_utia(const BrdfSource& source, const UtiaShape& shape, ByteSink& si
       [&](const TableBlock& block, std::span<const double> values) { return writer.take(block, values); }, progress);
   if (!losses) return losses.error();
   remark_conventions(report, source, conventions);
+  remark_end(report, source, request.grid);
   remark_losses(report, source, request, *losses, mark_of(unmeasured_of(options)));
   remark_difference(report, source, request.grid, conventions);
   return ok_status();

@@ -191,6 +191,15 @@ TEST(UtiaSource, HoldsTheLastThetaOrGoesOnInAStraightLine) {
   EXPECT_THAT(source->traits().beyond_theta_max, HasSubstr("straight line"));
 }
 
+TEST(UtiaSource, StaysFiniteInAStraightLineThroughLargeValues) {
+  const auto rising = [](double last) {
+    return open(numbers_of(kSmall, [=](auto ti, auto, auto tv, auto, auto) { return ti + tv == 4 ? last : 1; }),
+                {.extrapolated = true});
+  };
+  EXPECT_EQ(value(*rising(1e38), 89, 0, 89, 0)[0], 1e38f);
+  EXPECT_EQ(value(*rising(-1e38), 89, 0, 89, 0)[0], -1e38f);
+}
+
 TEST(UtiaSource, DecodesBeforeOrAfterInterpolating) {
   const std::vector<double> numbers = numbers_of(kSmall, [](auto, auto, auto tv, auto, auto) { return 70.0 * tv; });
   const auto decoded = [](double x) { return std::pow((x + 0.055) / 1.055, 2.4); };
@@ -281,6 +290,7 @@ TEST(UtiaWrite, HoldsTheSourceAtEachDirection) {
   ASSERT_EQ(numbers.size(), expected.size());
   for (std::size_t n = 0; n < numbers.size(); ++n) ASSERT_NEAR(numbers[n], expected[n], 1e-6) << n;
   EXPECT_TRUE(has_remark(saved->report, "resampling_mre_percent"));
+  EXPECT_TRUE(has_remark(saved->report, "theta_last_deg")) << "the source goes to 90 degrees, the table to 50";
 }
 
 TEST(UtiaWrite, EncodesWhatReadingDecodes) {
@@ -315,7 +325,7 @@ TEST(UtiaWrite, DoesAsAskedWithWhatWasNotMeasured) {
   EXPECT_EQ(numbers_in(zero->bytes)[6 + 144], 0);
   EXPECT_TRUE(has_remark(zero->report, "unmeasured_nodes"));
   const auto refused = write(*source, Options().set("utia-unmeasured", "refuse"));
-  EXPECT_THAT(refused.error().message, HasSubstr("did not measure theta_i 0, phi_i 0, theta_v 25, phi_v 180 degrees"));
+  EXPECT_THAT(refused.error().message, HasSubstr("no value at theta_i 0, phi_i 0, theta_v 25, phi_v 180 degrees"));
 }
 
 TEST(UtiaWrite, MakesNoFileThatIsNotRecognised) {
