@@ -235,6 +235,23 @@ TEST(ScatteredGrid, IsThatOfTheSamplesWhereTheirAnglesAreFew) {
   EXPECT_THAT(found(**fitted), HasSubstr("phi_i is 77 throughout: taken as isotropic; phi_v - phi_i is 0 to 180"));
 }
 
+TEST(ScatteredGrid, KeepsAnglesThatAreNoWholeDegrees) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    for (int v = 0; v < 5; ++v) {
+      for (int phi = 0; phi < 48; ++phi) {
+        text += fmt::format("{} {} {} {} 0.5\n", 7.1 * i, 7.5 * phi, 2.3 * v, 7.5 * (47 - phi));
+      }
+    }
+  }
+  const auto fitted = open(text);
+  ASSERT_TRUE(fitted.ok()) << fitted.error().message;
+  const Grid& grid = (*fitted)->table()->grid;
+  EXPECT_THAT(grid.axes[0].nodes_deg(), ElementsAre(0, 7.1, 14.2));
+  EXPECT_EQ(grid.axes[1], parse_grid("utia")->axes[1]);
+  EXPECT_EQ(grid.axes[3], parse_grid("utia")->axes[1]);
+}
+
 TEST(ScatteredGrid, HasNodesInGapsThatAreTooWideToInterpolateOver) {
   std::string text;
   for (const int phi : {0, 180}) {
@@ -334,6 +351,12 @@ TEST(ScatteredSamples, OfEachTruncationGiveATableOrAnError) {
   const Options options = Options().set("grid", "difference/0:45:45:90");
   for (std::size_t size = 1; size <= text.size(); ++size) static_cast<void>(open(text.substr(0, size), options));
   EXPECT_TRUE(open(text, options).ok());
+}
+
+TEST(ScatteredGrid, IsNoLargerThanMemoryMayBe) {
+  const auto large = open("10 0 20 30 0.5\n", Options().set("grid", "0.5:0.5:0.5:0.5"));
+  ASSERT_FALSE(large.ok());
+  EXPECT_EQ(large.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(NearestPoints, FindsWhatLookingAtAllFinds) {

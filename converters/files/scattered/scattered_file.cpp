@@ -187,6 +187,10 @@ Result<std::unique_ptr<BrdfSource>> open_scattered(std::shared_ptr<const ByteSou
   } else {
     chosen = choose_grid(*samples);
   }
+  const double needed =
+      static_cast<double>(chosen.grid.node_count()) * static_cast<double>(samples->channels.size() * sizeof(float));
+  if (Status allowed = check_memory(needed, options.memory.of((*viewed)->stored_size())); !allowed)
+    return allowed.error();
   const LocalFit fit(*samples, chosen.grid.is_isotropic());
   const double spacing = fit.held_back().spacing_deg;
   const double radius =
