@@ -34,9 +34,9 @@ std::vector<double> distinct(std::vector<double> angles) {
   std::sort(angles.begin(), angles.end());
   std::vector<double> result;
   for (const double angle : angles) {
-    // Radians have made 30 into 29.999999999999996.
-    const double rounded = std::round(angle / kSame) * kSame;
-    const double plain = std::abs(rounded - std::round(rounded)) < kSame ? std::round(rounded) : angle;
+    // Radians have made 7.5 into 7.499999999999999.
+    const double decimal = std::round(angle * 1e6) / 1e6;
+    const double plain = std::abs(decimal - angle) < 1e-9 ? decimal : angle;
     if (result.empty() || plain - result.back() > kSame) result.push_back(plain);
   }
   return result;
@@ -72,7 +72,6 @@ GridAxis theta_axis(std::vector<double> angles, double step, bool own) {
 
 GridAxis phi_axis(std::vector<double> angles, double step, bool own) {
   angles = distinct(std::move(angles));
-  if (!angles.empty() && angles.back() > 360 - kSame) angles.pop_back();
   if (!own || angles.empty() || angles.size() > kMostPhis || jitters(angles)) {
     return GridAxis(even_nodes(0, step, static_cast<std::size_t>(std::lround(360 / step))), Ends::kFullTurn);
   }
@@ -80,6 +79,7 @@ GridAxis phi_axis(std::vector<double> angles, double step, bool own) {
 }
 
 GridAxis mirrored_axis(std::vector<double> angles, double step, bool own) {
+  for (double& angle : angles) angle = std::min(angle, 180.0);
   angles = distinct(std::move(angles));
   if (!own || angles.empty() || angles.size() > kMostPhis || jitters(angles)) {
     return GridAxis(even(step, 180), Ends::kMirrored);
@@ -93,16 +93,21 @@ struct AngleLists {
   std::vector<double> theta_i, phi_i, theta_v, phi_v, phi_difference;
 };
 
+/// An azimuth [degrees] in [0, 360), 0 where it is a full turn but for rounding.
+double azimuth_deg(double phi) {
+  const double turned = wrap(degrees_from_radians(phi), 360);
+  return turned > 360 - kSame ? 0 : turned;
+}
+
 // Azimuths at the pole say nothing.
 AngleLists lists_of(const Samples& samples) {
   AngleLists lists;
   for (const auto& [i, v] : samples.pairs) {
     lists.theta_i.push_back(degrees_from_radians(i.theta));
     lists.theta_v.push_back(degrees_from_radians(v.theta));
-    if (i.theta > 0) lists.phi_i.push_back(degrees_from_radians(i.phi));
-    if (v.theta > 0) lists.phi_v.push_back(degrees_from_radians(v.phi));
-    if (v.theta > 0)
-      lists.phi_difference.push_back(wrap(degrees_from_radians(v.phi) - degrees_from_radians(i.phi), 360));
+    if (i.theta > 0) lists.phi_i.push_back(azimuth_deg(i.phi));
+    if (v.theta > 0) lists.phi_v.push_back(azimuth_deg(v.phi));
+    if (v.theta > 0) lists.phi_difference.push_back(azimuth_deg(v.phi - i.phi));
   }
   return lists;
 }
@@ -126,7 +131,7 @@ ChosenGrid choose_grid(const Samples& samples) {
   const std::vector<double> azimuths = distinct(lists.phi_i);
   const bool isotropic = azimuths.size() <= 1;
   const bool mirrored = isotropic && std::all_of(lists.phi_difference.begin(), lists.phi_difference.end(),
-                                                 [](double phi) { return phi <= 180 + kSame || phi >= 360 - kSame; });
+                                                 [](double phi) { return phi <= 180 + kSame; });
   const Steps steps = steps_for(samples.pairs.size(), isotropic);
   ChosenGrid chosen;
   chosen.grid = make_grid(lists, steps, isotropic, mirrored, true);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "formats/core/parallel.h"
@@ -11,7 +12,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kMostTerms = 6;
+constexpr std::size_t kMostTerms = 15;
 /// Places closer than this are one [radians].
 constexpr double kSame = 1e-7;
 /// Weights stop to grow at this share of the distance to the farthest neighbour.
@@ -21,7 +22,12 @@ constexpr double kRidge = 1e-3;
 /// How far beyond the values of the neighbours a result may lie, against their range.
 constexpr double kOvershoot = 0.25;
 constexpr std::array kScales = {1.0, 0.5, 0.25, 0.125};
-constexpr std::array<std::size_t, 4> kNeighbours = {8, 12, 20, 32};
+/// Few terms, and all of the second degree.
+struct Shape {
+  bool curved;
+  std::size_t neighbours;
+};
+constexpr std::array kShapes = {Shape{false, 8}, Shape{false, 16}, Shape{true, 20}, Shape{true, 32}, Shape{true, 48}};
 /// Samples that are predicted to choose settings, and to say how good they are.
 constexpr std::size_t kTried = 400;
 constexpr std::size_t kJudged = 2000;
@@ -54,10 +60,25 @@ Terms solve_first(Matrix matrix, std::size_t size) {
   return x;
 }
 
+std::size_t term_count(std::size_t axes, bool curved) { return curved ? 1 + axes + axes * (axes + 1) / 2 : axes + 2; }
+
+void list_terms(const SamplePlace& offset, std::size_t axes, bool curved, Terms& terms) {
+  terms[0] = 1;
+  std::copy_n(offset.begin(), axes, terms.begin() + 1);
+  if (!curved) {
+    terms[axes + 1] = offset[0] * offset[0] + offset[1] * offset[1];
+    return;
+  }
+  std::size_t at = axes + 1;
+  for (std::size_t i = 0; i < axes; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) terms[at++] = offset[i] * offset[j];
+  }
+}
+
 /// What share each neighbour has in the value at a place. They add up to 1.
 void shares_at(const NearestPoints& tree, const SamplePlace& place, std::span<const Neighbour> found, std::size_t axes,
-               std::span<double> shares) {
-  const std::size_t size = axes + 2;
+               bool curved, std::span<double> shares) {
+  const std::size_t size = term_count(axes, curved);
   const double radius = std::sqrt(found.back().square) * 1.01;
   std::vector<Terms> terms(found.size());
   Matrix matrix{};
@@ -65,9 +86,9 @@ void shares_at(const NearestPoints& tree, const SamplePlace& place, std::span<co
   for (std::size_t n = 0; n < found.size(); ++n) {
     const SamplePlace& at = tree.point(found[n].point);
     Terms& term = terms[n];
-    term[0] = 1;
-    for (std::size_t axis = 0; axis < axes; ++axis) term[axis + 1] = (at[axis] - place[axis]) / radius;
-    term[axes + 1] = term[1] * term[1] + term[2] * term[2];
+    SamplePlace offset{};
+    for (std::size_t axis = 0; axis < axes; ++axis) offset[axis] = (at[axis] - place[axis]) / radius;
+    list_terms(offset, axes, curved, term);
     const double square = found[n].square / (radius * radius);
     shares[n] = (1 - square) * (1 - square) / (square + kCore * kCore);
     sum += shares[n];
@@ -115,6 +136,8 @@ void LocalFit::merge(const Samples& samples) {
   }
   std::sort(keys.begin(), keys.end());
   std::vector<double> sums(channels_);
+  double difference = 0;
+  double reference = 0;
   for (std::size_t first = 0; first < count;) {
     std::size_t end = first;
     std::fill(sums.begin(), sums.end(), 0.0);
@@ -124,9 +147,17 @@ void LocalFit::merge(const Samples& samples) {
     points_.push_back(places[keys[first].second]);
     first_rows_.push_back(keys[first].second);
     for (const double sum : sums) values_.push_back(sum / static_cast<double>(end - first));
+    for (std::size_t k = first; k < end && end - first > 1; ++k) {
+      for (std::size_t c = 0; c < channels_; ++c) {
+        const double mean = sums[c] / static_cast<double>(end - first);
+        difference += std::abs(samples.values[keys[k].second * channels_ + c] - mean);
+        reference += std::abs(mean);
+      }
+    }
     repeated_ += end - first - 1;
     first = end;
   }
+  if (reference > 0) repeated_percent_ = 100 * difference / reference;
 }
 
 void LocalFit::group(const Samples& samples) {
@@ -158,15 +189,13 @@ std::vector<SamplePlace> LocalFit::scaled_points(double scale) const {
 }
 
 void LocalFit::choose_settings() {
-  double best = 0;
+  std::optional<double> best;
   for (const double scale : kScales) {
     NearestPoints tree(scaled_points(scale));
-    for (const std::size_t neighbours : kNeighbours) {
-      const Settings settings = {scale, neighbours};
+    for (const Shape& shape : kShapes) {
+      const Settings settings = {scale, shape.neighbours, shape.curved};
       const double found = score(tree, settings, kTried);
-      if (scale != kScales.front() || neighbours != kNeighbours.front()) {
-        if (found >= best) continue;
-      }
+      if (best && found >= *best) continue;
       best = found;
       settings_ = settings;
     }
@@ -189,7 +218,7 @@ double LocalFit::score(const NearestPoints& tree, const Settings& settings, std:
     std::vector<Neighbour> found;
     std::vector<double> values(channels_);
     tree.find(tree.point(own), settings.neighbours, found, groups_, groups_[own]);
-    fit(tree, tree.point(own), found, values);
+    fit(tree, tree.point(own), found, settings.curved, values);
     for (std::size_t c = 0; c < channels_; ++c) {
       const double f = values_[own * channels_ + c];
       const double difference = std::abs(f - values[c]);
@@ -216,14 +245,14 @@ double LocalFit::score(const NearestPoints& tree, const Settings& settings, std:
   return all.relative;
 }
 
-void LocalFit::fit(const NearestPoints& tree, const SamplePlace& place, std::span<const Neighbour> found,
+void LocalFit::fit(const NearestPoints& tree, const SamplePlace& place, std::span<const Neighbour> found, bool curved,
                    std::span<double> values) const {
   const std::size_t axes = isotropic_ ? 3 : 4;
   std::vector<double> shares(found.size(), 0);
   if (found.size() == 1 || found.front().square < kSame * kSame) {
     shares[0] = 1;
   } else {
-    shares_at(tree, place, found, axes, shares);
+    shares_at(tree, place, found, axes, curved, shares);
   }
   for (std::size_t c = 0; c < channels_; ++c) {
     double low = values_[found[0].point * channels_ + c];
@@ -255,7 +284,7 @@ void LocalFit::value_at(const DirectionPair& pair, std::span<double> values) con
   place[3] *= settings_.difference_scale;
   std::vector<Neighbour> found;
   near_.find(place, settings_.neighbours, found);
-  fit(near_, place, found, values);
+  fit(near_, place, found, settings_.curved, values);
 }
 
 double LocalFit::distance_deg(const DirectionPair& pair) const {

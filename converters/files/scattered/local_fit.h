@@ -20,17 +20,19 @@ namespace sbrdf::internal {
 /// phi_d are left: (theta_h cos phi_d, theta_h sin phi_d, theta_d). Distances along the difference direction count
 /// less, as a BRDF varies less along it.
 ///
-/// Around a pair, 1, the coordinates and the square of the half vector's are fitted to the nearest samples, of log f_r
-/// where all of these are positive, else of f_r, with weights that grow without much of a bound towards a sample, so
-/// that samples come back. A result lies within the values of the samples used, widened by a quarter of their range.
+/// Around a pair, 1, the coordinates and the square of the half vector's (or all squares and products) are fitted to
+/// the nearest samples, of log f_r where all of these are positive, else of f_r, with weights that grow without much of
+/// a bound towards a sample, so that samples come back. A result lies within the values of the samples used, widened by
+/// a quarter of their range.
 class LocalFit {
  public:
   struct Settings {
     double difference_scale = 0.5;  ///< of distances along the difference direction
-    std::size_t neighbours = 16;
+    std::size_t neighbours = 20;
+    bool curved = false;  ///< all terms of the second degree, not only that of the half vector
   };
   /// Samples that repeat the directions of others count as one, with the mean of their values.
-  /// The settings are those that predict held-back samples best, of 16; a sample is held back along with all others of
+  /// The settings are those that predict held-back samples best, of 20; a sample is held back along with all others of
   /// its light direction where there are few of these, as a goniometer measures them.
   LocalFit(const Samples& samples, bool isotropic);
 
@@ -39,9 +41,12 @@ class LocalFit {
   /// To the nearest sample [degrees]: the root of the sum of the squares of how far the two directions are turned.
   [[nodiscard]] double distance_deg(const DirectionPair& pair) const;
 
+  [[nodiscard]] bool is_isotropic() const { return isotropic_; }
   [[nodiscard]] const Settings& settings() const { return settings_; }
-  /// Samples that were merged into others.
+  /// Samples that were merged into others, and how far all of these are from their means: 100 x sum |f - mean| / sum
+  /// |mean|. Much of that speaks against an isotropic material.
   [[nodiscard]] std::uint64_t repeated() const { return repeated_; }
+  [[nodiscard]] double repeated_percent() const { return repeated_percent_; }
   [[nodiscard]] std::size_t point_count() const { return points_.size(); }
   /// What holding samples back showed. All 0 where there is but one sample.
   struct HeldBack {
@@ -60,7 +65,7 @@ class LocalFit {
   void choose_settings();
   /// Also notes in held_back_ what it found.
   [[nodiscard]] double score(const NearestPoints& tree, const Settings& settings, std::size_t most);
-  void fit(const NearestPoints& tree, const SamplePlace& place, std::span<const Neighbour> found,
+  void fit(const NearestPoints& tree, const SamplePlace& place, std::span<const Neighbour> found, bool curved,
            std::span<double> values) const;
 
   bool isotropic_;
@@ -70,6 +75,7 @@ class LocalFit {
   std::vector<std::uint32_t> first_rows_;  ///< of the samples, that each point came from
   std::vector<std::uint32_t> groups_;
   std::uint64_t repeated_ = 0;
+  double repeated_percent_ = 0;
   Settings settings_;
   HeldBack held_back_;
   NearestPoints near_;   ///< scaled as the settings say

@@ -139,15 +139,20 @@ void add_samples(Findings& findings, const Samples& samples, const LocalFit& fit
   findings.add("samples at theta_v = 90 degrees, where f_r cos(theta_v) does not tell f_r, left out",
                samples.at_horizon, samples.rows);
   findings.add("samples with a theta below 0, taken as one at phi + 180 degrees", samples.negative_theta, samples.rows);
-  findings.add("samples that repeat the directions of others, their mean taken", fit.repeated(), samples.pairs.size());
+  findings.add(
+      fmt::format("samples that repeat the directions of others{}, their mean taken, from which they differ by a "
+                  "relative L1 of {:.3g} %",
+                  fit.is_isotropic() ? " in an isotropic material" : "", fit.repeated_percent()),
+      fit.repeated(), samples.pairs.size());
 }
 
 void add_held_back(Findings& findings, const LocalFit& fit) {
   const LocalFit::HeldBack& held = fit.held_back();
   findings.add(
-      fmt::format("samples predicted from others{}: relative L1 {:.3g} %; by local regression over {} samples, "
+      fmt::format("samples predicted from others{}: relative L1 {:.3g} %; by local regression {}over {} samples, "
                   "distances along the difference direction times {:g}",
-                  held.by_light ? " with another light direction" : "", held.rel_l1_percent, fit.settings().neighbours,
+                  held.by_light ? " with another light direction" : "", held.rel_l1_percent,
+                  fit.settings().curved ? "of the second degree " : "", fit.settings().neighbours,
                   fit.settings().difference_scale),
       held.samples, fit.point_count());
 }
@@ -182,6 +187,10 @@ Result<std::unique_ptr<BrdfSource>> open_scattered(std::shared_ptr<const ByteSou
   } else {
     chosen = choose_grid(*samples);
   }
+  const double needed =
+      static_cast<double>(chosen.grid.node_count()) * static_cast<double>(samples->channels.size() * sizeof(float));
+  if (Status allowed = check_memory(needed, options.memory.of((*viewed)->stored_size())); !allowed)
+    return allowed.error();
   const LocalFit fit(*samples, chosen.grid.is_isotropic());
   const double spacing = fit.held_back().spacing_deg;
   const double radius =

@@ -21,7 +21,7 @@ namespace sbrdf::internal {
 /// were fitted, how the table differs from them, how well held-back samples are predicted, and which samples were left
 /// out.
 ///
-/// Errors as of parse_number_table and samples_of.
+/// Errors as of parse_number_table and samples_of; kUnsupported where the table takes more memory than allowed.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_scattered(std::shared_ptr<const ByteSource> bytes,
                                                                  const Options& options);
 

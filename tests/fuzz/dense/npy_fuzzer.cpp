@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "converters/files/npy/npy_file.h"
-#include "tests/fuzz/dense_file.h"
+#include "tests/fuzz/dense/dense_file.h"
 
 // The NPY reader. An input is an array, or a head, a zero and an array. An array alone gets the nodes of a small grid.
 

@@ -1,7 +1,7 @@
 #include <array>
 
 #include "converters/files/scattered/scattered_file.h"
-#include "tests/fuzz/dense_file.h"
+#include "tests/fuzz/dense/dense_file.h"
 
 // The reader of scattered samples. The first byte of an input says with which options the rest is read.
 

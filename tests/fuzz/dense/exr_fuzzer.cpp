@@ -1,5 +1,5 @@
 #include "converters/files/exr/exr_file.h"
-#include "tests/fuzz/dense_file.h"
+#include "tests/fuzz/dense/dense_file.h"
 
 // The EXR reader, in front of the OpenEXR library.
 

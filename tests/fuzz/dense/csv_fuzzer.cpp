@@ -1,5 +1,5 @@
 #include "converters/files/csv/csv_file.h"
-#include "tests/fuzz/dense_file.h"
+#include "tests/fuzz/dense/dense_file.h"
 
 // The reader of dense tables as text.
 
