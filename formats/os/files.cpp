@@ -41,7 +41,8 @@ class ReadSource final : public OwnedMemorySource {
 
 class MappedSource final : public ByteSource {
  public:
-  MappedSource(void* first, std::size_t size, std::string path) : first_(first), size_(size), path_(std::move(path)) {}
+  MappedSource(Descriptor file, void* first, std::size_t size, std::string path)
+      : file_(std::move(file)), first_(first), size_(size), path_(std::move(path)) {}
   ~MappedSource() override {
     if (size_ > 0) ::munmap(first_, size_);
   }
@@ -49,8 +50,16 @@ class MappedSource final : public ByteSource {
   MappedSource& operator=(const MappedSource&) = delete;
 
   [[nodiscard]] std::uint64_t size() const override { return size_; }
+  // Not through the mapping: who reads a large file from one end to the other would have all of it counted as memory.
   [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
-    std::copy_n(static_cast<const std::byte*>(first_) + offset, target.size(), target.begin());
+    while (!target.empty()) {
+      const ssize_t got = ::pread(file_.number(), target.data(), target.size(), static_cast<off_t>(offset));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) return system_error("cannot be read");
+      if (got == 0) return io_error("became shorter while it was read");
+      offset += static_cast<std::uint64_t>(got);
+      target = target.subspan(static_cast<std::size_t>(got));
+    }
     return ok_status();
   }
   [[nodiscard]] std::optional<std::span<const std::byte>> view() const override {
@@ -62,6 +71,7 @@ class MappedSource final : public ByteSource {
   }
 
  private:
+  Descriptor file_;
   void* first_;
   std::size_t size_;
   std::string path_;
@@ -127,7 +137,7 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
 
 Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) {
   // A named pipe without a writer must not hold up the opening.
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) return cannot_be_opened(path);
   struct stat status {};
   if (::fstat(file.number(), &status) != 0) return system_error("cannot be read");
@@ -135,7 +145,7 @@ Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) 
   const auto size = static_cast<std::size_t>(status.st_size);
   void* first = size == 0 ? nullptr : ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.number(), 0);
   if (first == MAP_FAILED) return system_error("cannot be mapped");
-  return std::unique_ptr<ByteSource>(std::make_unique<MappedSource>(first, size, path.string()));
+  return std::unique_ptr<ByteSource>(std::make_unique<MappedSource>(std::move(file), first, size, path.string()));
 }
 
 Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path& path) {

@@ -8,7 +8,7 @@
 
 namespace sbrdf::internal {
 
-// Dense tables as text (specs/csv.md): a line "# {...}" with the head (converters/tables/table_head.h), a line of
+// Dense tables as text (specs/csv.md): a line "# {...}" with the head (converters/files/dense/table_head.h), a line of
 // names, and a line for each node in C order: theta_i, phi_i, theta_v, phi_v [degrees] and f_r [1/sr] of each channel.
 
 /// Options: grid, type, negatives, non-finite.

@@ -18,7 +18,7 @@
 #include "converters/tables/dense_source.h"
 #include "converters/tables/dense_table.h"
 #include "converters/tables/sampled_table.h"
-#include "converters/tables/table_head.h"
+#include "converters/files/dense/table_head.h"
 #include "formats/core/byte_source.h"
 
 namespace sbrdf::internal {

@@ -8,7 +8,7 @@
 namespace sbrdf::internal {
 
 // OpenEXR images as dense tables (specs/exr.md): a row of pixels for each node of the first two axes, a column for each
-// of the last two; f_r [1/sr]. The string attribute "sbrdf" holds the head (converters/tables/table_head.h).
+// of the last two; f_r [1/sr]. The string attribute "sbrdf" holds the head (converters/files/dense/table_head.h).
 
 /// Options: grid, type, negatives, non-finite.
 [[nodiscard]] std::span<const OptionSpec> exr_options();

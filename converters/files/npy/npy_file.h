@@ -8,7 +8,7 @@
 namespace sbrdf::internal {
 
 // NPY files (specs/npy.md): an array [n0, n1, n2, n3, channels] of f_r [1/sr], and beside it a file of the same name
-// followed by ".json" that says where its nodes are (converters/tables/table_head.h).
+// followed by ".json" that says where its nodes are (converters/files/dense/table_head.h).
 
 /// Options: grid, type, negatives, non-finite.
 [[nodiscard]] std::span<const OptionSpec> npy_options();

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "converters/tables/table_head.h"
+#include "converters/files/dense/table_head.h"
 #include "formats/core/half.h"
 #include "tests/support/dense_files.h"
 #include "tests/support/function_source.h"

@@ -1,4 +1,4 @@
-#include "converters/tables/table_head.h"
+#include "converters/files/dense/table_head.h"
 
 #include <fmt/format.h>
 
