@@ -248,10 +248,10 @@ DenseSource::DenseSource(DenseTable table, DenseDescription description)
   traits_.channels = std::move(description.channels);
   traits_.isotropic = table_.grid.is_isotropic();
   traits_.reciprocal = table_.grid.is_reciprocal();
-  traits_.theta_max_deg = std::min(table_.grid.theta_max_deg(), description.theta_max_deg);
-  traits_.slice_theta_max_deg = std::min(traits_.theta_max_deg, description.slice_theta_max_deg);
+  traits_.theta_max_deg = std::min(table_.grid.theta_max_deg(), description.reach.theta_max_deg);
+  traits_.slice_theta_max_deg = std::min(traits_.theta_max_deg, description.reach.slice_theta_max_deg);
   if (traits_.theta_max_deg < table_.grid.theta_max_deg()) {
-    traits_.beyond_theta_max = std::move(description.beyond_theta_max);
+    traits_.beyond_theta_max = std::move(description.reach.beyond_theta_max);
   } else if (traits_.theta_max_deg < 90) {
     const bool extrapolated = std::any_of(table_.grid.axes.begin(), table_.grid.axes.end(),
                                           [](const GridAxis& axis) { return axis.ends() == Ends::kExtrapolated; });

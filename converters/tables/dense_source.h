@@ -20,6 +20,21 @@ namespace sbrdf::internal {
 /// Largest |f_r| that a table may hold: weighted sums of such values still fit a float.
 inline constexpr double kTableLargest = 1e38;
 
+/// How far the values of a table are good for anything, as in SourceTraits.
+struct Reach {
+  double theta_max_deg = 90;
+  double slice_theta_max_deg = 90;
+  std::string beyond_theta_max;
+
+  /// Both angles are above 0, at most 90 degrees, and in order.
+  [[nodiscard]] bool is_valid() const {
+    return slice_theta_max_deg > 0 && slice_theta_max_deg <= theta_max_deg && theta_max_deg <= 90;
+  }
+};
+[[nodiscard]] inline Reach reach_of(const SourceTraits& traits) {
+  return {traits.theta_max_deg, traits.slice_theta_max_deg, traits.beyond_theta_max};
+}
+
 /// What a reader of a dense table knows beside the table itself.
 struct DenseDescription {
   std::string format;                      ///< name of the row of the format table
@@ -27,9 +42,7 @@ struct DenseDescription {
   std::vector<std::string> channels;       ///< as many as the table has
   std::shared_ptr<const ByteSource> file;  ///< for copies bit for bit; nullptr where options changed what it means
   ValuePolicy policy = {Negatives::kKeep, NonFinite::kUnmeasured};
-  double theta_max_deg = 90;                    ///< as SourceTraits, where the file tells; the grid may say less
-  double slice_theta_max_deg = 90;              ///< likewise
-  std::string beyond_theta_max;                 ///< what the file says of values there
+  Reach reach;                                  ///< where the file tells; the grid may say less
   std::vector<Finding> findings;                ///< what the reader saw, before those of the table
   std::string unmeasured = "nodes unmeasured";  ///< the finding on nodes that hold no number
 };

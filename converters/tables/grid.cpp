@@ -70,6 +70,14 @@ std::string_view Grid::axis_name(GridFrame frame, std::size_t axis) { return kin
 Ends Grid::natural_ends(GridFrame frame, std::size_t axis) { return kind_of(frame, axis).ends; }
 double Grid::range_deg(GridFrame frame, std::size_t axis) { return kind_of(frame, axis).range_deg; }
 
+bool Grid::can_have(GridFrame frame, std::size_t axis, const std::vector<double>& nodes_deg, Ends ends,
+                    Spacing spacing) {
+  if (!GridAxis::is_valid(nodes_deg, ends, spacing)) return false;
+  if (natural_ends(frame, axis) != Ends::kHeld) return ends != Ends::kExtrapolated;
+  const bool turns = ends == Ends::kFullTurn || ends == Ends::kHalfTurn || ends == Ends::kMirrored;
+  return !turns && nodes_deg.front() >= 0 && nodes_deg.back() <= range_deg(frame, axis);
+}
+
 std::uint64_t Grid::node_count() const {
   std::uint64_t count = 1;
   for (const GridAxis& axis : axes) count *= axis.size();

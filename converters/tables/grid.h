@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "converters/tables/grid_axis.h"
 #include "formats/core/directions.h"
@@ -42,6 +43,11 @@ struct Grid {
   [[nodiscard]] static Ends natural_ends(GridFrame frame, std::size_t axis);
   /// The last angle of an axis [degrees]: 90 of a theta, 360 or 180 of an azimuth, 180 of a radius.
   [[nodiscard]] static double range_deg(GridFrame frame, std::size_t axis);
+
+  /// Whether an axis of a frame can have these nodes and ends: GridAxis::is_valid, a theta within its range and not
+  /// closed, an azimuth not extrapolated.
+  [[nodiscard]] static bool can_have(GridFrame frame, std::size_t axis, const std::vector<double>& nodes_deg, Ends ends,
+                                     Spacing spacing);
 
   [[nodiscard]] std::uint64_t node_count() const;
   [[nodiscard]] GridNode node(std::uint64_t index) const;

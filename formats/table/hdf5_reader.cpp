@@ -184,6 +184,17 @@ Status read_shape(hid_t dataset, std::size_t& rank, Hdf5Extent& shape) {
   return ok_status();
 }
 
+// What is not stored reads as zeros: a file of a hundred bytes could claim to hold any number of them.
+Status check_storage(hid_t dataset, const Hdf5Extent& shape) {
+  constexpr double kMostCompression = 1100;  // deflate makes a byte of 1032 at most
+  double numbers = 1;
+  for (const std::uint64_t size : shape) numbers *= static_cast<double>(size);
+  const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
+  const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
+  if (numbers * static_cast<double>(H5Tget_size(type.id())) <= kMostCompression * stored) return ok_status();
+  return invalid_file("most of the dataset was never written");
+}
+
 /// A box of about kBoxNumbers, all channels, even along the angles.
 Hdf5Extent box_for(const Hdf5Extent& shape) {
   Hdf5Extent box = {1, 1, 1, 1, shape.back()};
@@ -287,6 +298,7 @@ Result<std::unique_ptr<Hdf5TableReader>> Hdf5TableReader::open(std::shared_ptr<c
   state->dataset = {H5Dopen2(state->file.id(), name->c_str(), access.id()), H5Dclose};
   if (!state->dataset.ok()) return refused("no dataset \"" + *name + "\"");
   if (Status shaped = read_shape(state->dataset.id(), state->rank, state->shape); !shaped) return shaped.error();
+  if (Status written = check_storage(state->dataset.id(), state->shape); !written) return written.error();
   const Result<Hdf5Extent> chunk = read_chunk(state->dataset.id(), state->rank, state->shape);
   if (!chunk) return chunk.error();
   state->chunk = *chunk;

@@ -243,7 +243,7 @@ Result<std::unique_ptr<BrdfSource>> open_csv(std::shared_ptr<const ByteSource> b
   if (!head) return head.error();
   Result<DenseTable> table = read_table(reader, *head);
   if (!table) return table.error();
-  return open_dense(*std::move(table), "csv", std::move(head->channels), std::move(bytes), options);
+  return open_dense(*std::move(table), "csv", *std::move(head), std::move(bytes), options);
 }
 
 Status save_csv(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,

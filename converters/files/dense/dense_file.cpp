@@ -76,7 +76,9 @@ std::shared_ptr<const ByteSource> DenseWriting::stored(std::string_view format) 
   return file;
 }
 
-TableHead DenseWriting::head() const { return {request_.grid, source_.traits().channels, type_, report_json(report_)}; }
+TableHead DenseWriting::head() const {
+  return {request_.grid, source_.traits().channels, type_, reach_of(source_.traits()), report_json(report_)};
+}
 
 std::string DenseWriting::padded_head(std::size_t size) const {
   std::string text = emit_table_head(head());
@@ -143,9 +145,10 @@ Result<Grid> grid_of_option(const Options& options, std::string_view whose) {
   return parse_grid(*text);
 }
 
-Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string format, std::vector<std::string> channels,
+Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string format, TableHead head,
                                                std::shared_ptr<const ByteSource> file, const Options& options,
                                                std::vector<Finding> findings) {
+  std::vector<std::string>& channels = head.channels;
   DenseDescription description;
   description.description = fmt::format(
       "dense table of {}, {} frame, {} {}, {}", table.grid.size_text(), name_of(kGridFrameNames, table.grid.frame),
@@ -154,6 +157,7 @@ Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string for
   description.channels = std::move(channels);
   description.file = std::move(file);
   description.policy = policy_of(options, NonFinite::kUnmeasured);
+  description.reach = std::move(head.reach);
   description.findings = std::move(findings);
   return DenseSource::make(std::move(table), std::move(description));
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "converters/files/dense/table_head.h"
 #include "converters/files/format.h"
 #include "converters/files/options.h"
 #include "converters/files/table_options.h"
@@ -18,7 +19,6 @@
 #include "converters/tables/dense_source.h"
 #include "converters/tables/dense_table.h"
 #include "converters/tables/sampled_table.h"
-#include "converters/files/dense/table_head.h"
 #include "formats/core/byte_source.h"
 
 namespace sbrdf::internal {
@@ -77,9 +77,9 @@ class DenseWriting {
 /// The grid of --grid for a file that does not tell its own. kUsage saying so where the option is not given.
 [[nodiscard]] Result<Grid> grid_of_option(const Options& options, std::string_view whose);
 
-/// What DenseSource::make gives for a table that was read from `file`, with the policy of the options.
-[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string format,
-                                                             std::vector<std::string> channels,
+/// What DenseSource::make gives for a table that was read from `file`, with the policy of the options. Of `head`, the
+/// channels and the reach are taken.
+[[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string format, TableHead head,
                                                              std::shared_ptr<const ByteSource> file,
                                                              const Options& options,
                                                              std::vector<Finding> findings = {});

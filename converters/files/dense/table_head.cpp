@@ -54,15 +54,6 @@ Status check_kind(const Json& json) {
   return check_constant(json, "unmeasured", kUnmeasured);
 }
 
-bool is_azimuth(GridFrame frame, std::size_t axis) { return Grid::natural_ends(frame, axis) != Ends::kHeld; }
-
-// Beyond GridAxis::is_valid: what the angle of the axis can be.
-bool fits_axis(GridFrame frame, std::size_t axis, const std::vector<double>& nodes, Ends ends) {
-  if (is_azimuth(frame, axis)) return ends != Ends::kExtrapolated;
-  const bool turns = ends == Ends::kFullTurn || ends == Ends::kHalfTurn || ends == Ends::kMirrored;
-  return !turns && nodes.front() >= 0 && nodes.back() <= Grid::range_deg(frame, axis);
-}
-
 Result<GridAxis> parse_axis(const Json& json, GridFrame frame, std::size_t axis) {
   const std::string name(Grid::axis_name(frame, axis));
   if (!json.is_object() || text_of(json, "name") != name) {
@@ -80,7 +71,7 @@ Result<GridAxis> parse_axis(const Json& json, GridFrame frame, std::size_t axis)
     if (!node.is_number()) return wrong(fmt::format("a node of {} is no number", name));
     nodes.push_back(node.get<double>());
   }
-  if (!GridAxis::is_valid(nodes, *ends, *spacing) || !fits_axis(frame, axis, nodes, *ends)) {
+  if (!Grid::can_have(frame, axis, nodes, *ends, *spacing)) {
     return wrong(fmt::format("nodes of {} do not rise within the range of the axis", name));
   }
   return GridAxis(std::move(nodes), *ends, *spacing);
@@ -118,6 +109,22 @@ Result<std::vector<std::string>> parse_channels(const Json& json) {
   return channels;
 }
 
+/// Left out by what others write: 90 degrees.
+Result<Reach> parse_reach(const Json& json) {
+  Reach reach;
+  for (const auto& [name, angle] :
+       {std::pair("theta_max", &reach.theta_max_deg), std::pair("slice_theta_max", &reach.slice_theta_max_deg)}) {
+    const Json* entry = find(json, name);
+    if (entry == nullptr) continue;
+    if (!entry->is_number()) return wrong(fmt::format("\"{}\" is no number", name));
+    *angle = entry->get<double>();
+  }
+  reach.slice_theta_max_deg = std::min(reach.slice_theta_max_deg, reach.theta_max_deg);
+  reach.beyond_theta_max = text_of(json, "beyond_theta_max");
+  if (!reach.is_valid()) return wrong("\"theta_max\" is not within 0 and 90 degrees");
+  return reach;
+}
+
 }  // namespace
 
 std::string emit_table_head(const TableHead& head) {
@@ -136,6 +143,9 @@ std::string emit_table_head(const TableHead& head) {
   json["quantity"] = kQuantity;
   json["unit"] = kUnit;
   json["unmeasured"] = kUnmeasured;
+  json["theta_max"] = head.reach.theta_max_deg;
+  json["slice_theta_max"] = head.reach.slice_theta_max_deg;
+  if (!head.reach.beyond_theta_max.empty()) json["beyond_theta_max"] = head.reach.beyond_theta_max;
   if (!head.report.empty()) json["report"] = OrderedJson::parse(head.report, nullptr, false);
   return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
@@ -163,6 +173,9 @@ Result<TableHead> parse_table_head(std::string_view text) {
   TableHead head;
   head.grid = *std::move(grid);
   head.channels = *std::move(channels);
+  Result<Reach> reach = parse_reach(json);
+  if (!reach) return reach.error();
+  head.reach = *std::move(reach);
   // Numbers may have been saved as another type since; the file itself tells.
   head.type = value_of(kValueTypeNames, text_of(json, "type")).value_or(ValueType::kFloat32);
   return head;

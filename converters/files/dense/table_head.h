@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "converters/tables/dense_table.h"
+#include "converters/tables/dense_source.h"
 #include "converters/tables/grid.h"
 #include "formats/core/result.h"
 
@@ -17,11 +17,13 @@ namespace sbrdf::internal {
 ///     {"sbrdf": "dense table", "version": 1, "frame": "angles",
 ///      "axes": [{"name": "theta_i", "unit": "degree", "ends": "held", "spacing": "angle", "nodes": [0, 15, 30]}, ...],
 ///      "channels": ["R", "G", "B"], "type": "float32", "quantity": "f_r, without cosine", "unit": "1/sr",
-///      "unmeasured": "NaN", "report": {"findings": [...], "remarks": [...]}}
+///      "unmeasured": "NaN", "theta_max": 80, "slice_theta_max": 80, "beyond_theta_max": "extrapolated", "report":
+///      {"findings": [...], "remarks": [...]}}
 struct TableHead {
   Grid grid;
   std::vector<std::string> channels;     ///< in the order of the values
   ValueType type = ValueType::kFloat32;  ///< of the numbers as they were written
+  Reach reach;                           ///< of the source that the table was made of
   std::string report;                    ///< JSON, as report_json() makes it; empty: none
 };
 

@@ -151,7 +151,7 @@ Result<std::unique_ptr<BrdfSource>> open_exr(std::shared_ptr<const ByteSource> b
   table.grid = std::move(head->grid);
   table.channel_count = head->channels.size();
   table.type = type;
-  return open_dense(std::move(table), "exr", std::move(head->channels), std::move(bytes), options, std::move(findings));
+  return open_dense(std::move(table), "exr", *std::move(head), std::move(bytes), options, std::move(findings));
 }
 
 Status save_exr(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/dense/dense_file.h"
 #include "converters/files/table_options.h"
 #include "converters/files/value_options.h"
 #include "converters/tables/dense_source.h"
@@ -25,7 +26,6 @@ constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20U;
 /// Numbers of a chunk that is written.
 constexpr std::uint64_t kChunkNumbers = 16384;
 constexpr std::uint64_t kDeflate = 4;
-constexpr double kLargestHalf = 65504;
 
 constexpr std::array kOptions = {
     grid_option(),
@@ -46,14 +46,15 @@ constexpr std::array kOptions = {
     non_finite_option(OptionUse::kBoth),
 };
 
-Result<GridAxis> axis_of(const Hdf5Axis& axis, std::string_view name) {
+Result<GridAxis> axis_of(const Hdf5Axis& axis, GridFrame frame, std::size_t index) {
+  const std::string_view name = Grid::axis_name(frame, index);
   const auto ends = value_of(kEndsNames, axis.ends);
   const auto spacing = value_of(kSpacingNames, axis.spacing);
   if (!ends || !spacing) {
     return unsupported(
         fmt::format("{}: \"{}\" is no end, or \"{}\" no spacing, that is known here", name, axis.ends, axis.spacing));
   }
-  if (!GridAxis::is_valid(axis.nodes_deg, *ends, *spacing)) {
+  if (!Grid::can_have(frame, index, axis.nodes_deg, *ends, *spacing)) {
     return invalid_file(fmt::format("the nodes of {} do not rise within its range", name));
   }
   return GridAxis(axis.nodes_deg, *ends, *spacing);
@@ -65,7 +66,7 @@ Result<Grid> own_grid(const Hdf5Head& head) {
   Grid grid;
   grid.frame = *frame;
   for (std::size_t k = 0; k < grid.axes.size(); ++k) {
-    Result<GridAxis> axis = axis_of(head.axes[k], grid.axis_name(k));
+    Result<GridAxis> axis = axis_of(head.axes[k], *frame, k);
     if (!axis) return axis.error();
     grid.axes[k] = *std::move(axis);
   }
@@ -81,14 +82,15 @@ Result<Grid> grid_of(const Hdf5TableReader& file, const Options& options) {
     }
     return own;
   }
-  if (!given) return usage_error("the file does not tell where its nodes are: give --grid");
-  Grid grid = parse_grid(*given).value();
+  Result<Grid> parsed = grid_of_option(options, "the file does not tell where its nodes are");
+  if (!parsed) return parsed;
+  const Grid& grid = *parsed;
   for (std::size_t k = 0; k < grid.axes.size(); ++k) {
     if (grid.axes[k].size() == file.shape()[k]) continue;
     return usage_error(fmt::format("--grid: {}, but the dataset has {} entries along dimension {}", grid.size_text(),
                                    file.shape()[k], k));
   }
-  return grid;
+  return parsed;
 }
 
 TiledValues::Box box_of(const Hdf5Extent& extent) {
@@ -146,19 +148,14 @@ Result<std::unique_ptr<BrdfSource>> open_hdf5(std::shared_ptr<const ByteSource> 
   const std::shared_ptr<const Hdf5TableReader> shared = *std::move(reader);
   Result<Grid> grid = grid_of(*shared, options);
   if (!grid) return grid.error();
-  DenseDescription description;
-  description.format = "hdf5";
-  description.description =
-      fmt::format("dense table in HDF5, {} frame, {}", name_of(kGridFrameNames, grid->frame), grid->size_text());
-  description.channels = shared->head().channels;
-  if (!shared->head().frame.empty()) description.file = std::move(file);  // another one is no table of this layout
-  description.theta_max_deg = shared->head().theta_max_deg;
-  description.beyond_theta_max = shared->head().beyond;
-  description.slice_theta_max_deg = shared->head().slice_theta_max_deg;
-  description.policy = policy_of(options, NonFinite::kUnmeasured);
+  const Hdf5Head& stored = shared->head();
+  TableHead head;
+  head.channels = stored.channels;
+  head.reach = {stored.theta_max_deg, stored.slice_theta_max_deg, stored.beyond};
+  if (stored.frame.empty()) file = nullptr;  // no table of this layout, so no copy of it either
   const auto failure = std::make_shared<FirstError>();
   Result<std::unique_ptr<BrdfSource>> source =
-      DenseSource::make(table_of(shared, *std::move(grid), failure), std::move(description));
+      open_dense(table_of(shared, *std::move(grid), failure), "hdf5", std::move(head), std::move(file), options);
   if (const auto error = failure->get()) return *error;
   return source;
 }
@@ -184,56 +181,41 @@ std::array<std::uint32_t, 4> chunk_for(const Grid& grid, std::size_t channels) {
   return box;
 }
 
-Hdf5Head head_of(const BrdfSource& source, const Grid& grid, ValueType type) {
+Hdf5Head head_of(const TableHead& table, const SourceTraits& traits) {
   Hdf5Head head;
-  head.frame = name_of(kGridFrameNames, grid.frame);
+  head.frame = name_of(kGridFrameNames, table.grid.frame);
   for (std::size_t k = 0; k < head.axes.size(); ++k) {
-    const GridAxis& axis = grid.axes[k];
-    head.axes[k] = {std::string(grid.axis_name(k)), axis.nodes_deg(), std::string(name_of(kEndsNames, axis.ends())),
-                    std::string(name_of(kSpacingNames, axis.spacing()))};
+    const GridAxis& axis = table.grid.axes[k];
+    head.axes[k] = {std::string(table.grid.axis_name(k)), axis.nodes_deg(),
+                    std::string(name_of(kEndsNames, axis.ends())), std::string(name_of(kSpacingNames, axis.spacing()))};
   }
-  head.channels = source.traits().channels;
-  head.value_size = size_of(type);
-  head.description = source.traits().description;
-  head.theta_max_deg = source.traits().theta_max_deg;
-  head.beyond = source.traits().beyond_theta_max;
-  head.slice_theta_max_deg = source.traits().slice_theta_max_deg;
+  head.channels = table.channels;
+  head.value_size = size_of(table.type);
+  head.description = traits.description;
+  head.theta_max_deg = table.reach.theta_max_deg;
+  head.slice_theta_max_deg = table.reach.slice_theta_max_deg;
+  head.beyond = table.reach.beyond_theta_max;
   return head;
-}
-
-// A copy is what was asked for where no option changes the table or how it is written.
-bool is_copy(const BrdfSource& source, const Grid& grid, ValueType type, const Options& options) {
-  const bool plain = !options.has("deflate") && !options.has("negatives") && !options.has("non-finite");
-  return plain && source.stored("hdf5") != nullptr && is_table_of(source, grid) && source.table()->type == type;
 }
 
 }  // namespace
 
 Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) {
-  TableRequest request;
-  request.grid = grid_for(source, options);
-  request.policy = policy_of(options, NonFinite::kRefuse);
-  const ValueType type = type_for(source, request.grid, options);
-  if (type == ValueType::kFloat16) request.largest = kLargestHalf;
-  if (is_copy(source, request.grid, type, options)) {
-    report.remarks.push_back({"copied", 1, "copied bit for bit"});
-    return copy_bytes(*source.stored("hdf5"), sink, progress);
+  DenseWriting writing(source, options, ValueType::kFloat64, report);
+  if (!options.has("deflate")) {
+    if (const auto stored = writing.stored("hdf5")) return copy_bytes(*stored, sink, progress);
   }
-  const FittingSource fitting(source, request.grid, report);
-  const std::size_t channels = source.channel_count();
-  const std::array<std::uint32_t, 4> box = chunk_for(request.grid, channels);
+  const std::uint64_t channels = writing.channel_count();
+  const std::array<std::uint32_t, 4> box = chunk_for(writing.grid(), channels);
   const auto deflate = static_cast<unsigned>(options.count("deflate").value_or(kDeflate));
   Result<std::unique_ptr<Hdf5TableWriter>> writer =
-      Hdf5TableWriter::create(sink, head_of(source, request.grid, type), extent_of(box, channels), deflate);
+      Hdf5TableWriter::create(sink, head_of(writing.head(), source.traits()), extent_of(box, channels), deflate);
   if (!writer) return writer.error();
   const auto take = [&](const TableBlock& block, std::span<const double> values) {
     return (*writer)->write(extent_of(block.first, 0), extent_of(block.count, channels), values);
   };
-  const Result<TableLosses> losses = sample_table(*fitting, request, box, take, progress);
-  if (!losses) return losses.error();
-  remark_losses(report, source, request, *losses, "NaN");
-  remark_interpolation(report, *fitting, request.grid);
+  if (Status sampled = writing.sample(box, take, progress); !sampled) return sampled;
   return (*writer)->finish(report_json(report));
 }
 

@@ -150,7 +150,7 @@ Result<std::unique_ptr<BrdfSource>> open_npy(std::shared_ptr<const ByteSource> b
   table.grid = std::move(head->grid);
   table.channel_count = channels;
   table.type = type_of(*header);
-  return open_dense(std::move(table), "npy", std::move(head->channels), std::move(bytes), options);
+  return open_dense(std::move(table), "npy", *std::move(head), std::move(bytes), options);
 }
 
 Status save_npy(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,

@@ -206,7 +206,9 @@ Result<std::unique_ptr<BrdfSource>> open_scattered(std::shared_ptr<const ByteSou
                counts.measured, counts.above);
   findings.add("samples compared with the table: " + residual_text(*samples, table), samples->pairs.size(),
                samples->pairs.size());
-  return open_dense(std::move(table), "scattered", samples->channels, nullptr, options, std::move(findings).take());
+  TableHead head;
+  head.channels = samples->channels;
+  return open_dense(std::move(table), "scattered", std::move(head), nullptr, options, std::move(findings).take());
 }
 
 }  // namespace sbrdf::internal

@@ -128,7 +128,7 @@ TEST(Hdf5, SaysWhatADatasetWithoutOurAttributesNeeds) {
   auto at = std::search(file.begin(), file.end(), text, text + word.size());
   ASSERT_NE(at, file.end());
   *at = std::byte{'D'};
-  EXPECT_THAT(open_hdf5(source_of(file), {}).error().message, HasSubstr("give --grid"));
+  EXPECT_THAT(open_hdf5(source_of(file), {}).error().message, HasSubstr("by --grid"));
   EXPECT_THAT(open_hdf5(source_of(file), Options().set("grid", "30:90:30:90")).error().message,
               HasSubstr("the dataset has 3 entries along dimension 0"));
   const auto taken = open_hdf5(source_of(file), Options().set("grid", "45:180:90:120"));
