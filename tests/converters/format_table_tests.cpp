@@ -256,6 +256,7 @@ TEST(Recognise, NamesWhatIsCertainlyNoBrdf) {
        {"<!DOCTYPE html>\n<html>", "<!doctype HTML PUBLIC>", "  \r\n\t<HTML lang=\"en\">", "\xEF\xBB\xBF<html>",
         "<!-- saved from -->\n<!-- twice --><head>", "<body>x", std::string("<html>\0\1\2", 9)}},
       {"a Git LFS pointer", {"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"}},
+      {"the description of a dense table", {R"({"sbrdf":"dense table","version":1})"}},
       {"gzip-compressed", {std::string("\x1F\x8B\x08\0\0\0\0\0", 8), "\x1F\x8B"}},
       {"a zip archive", {std::string("PK\3\4\x14\0\0\0", 8), std::string("PK\5\6\0\0", 6)}},
       {"zstd-compressed", {std::string("\x28\xB5\x2F\xFD\x04\0", 6)}},
