@@ -17,6 +17,7 @@ struct Foreign {
 constexpr std::array kByMagic = {
     Foreign{"version https://git-lfs.github.com/"sv, "a Git LFS pointer, not the file that it stands for"},
     Foreign{"version https://hawser.github.com/"sv, "a Git LFS pointer, not the file that it stands for"},
+    Foreign{"{\"sbrdf\":\"dense table\""sv, "the description of a dense table; open the .npy file that it belongs to"},
     Foreign{"\x1F\x8B"sv, "gzip-compressed data; unpack it first"},
     Foreign{"PK\x03\x04"sv, "a zip archive; unpack it first"},
     Foreign{"PK\x05\x06"sv, "a zip archive without files"},

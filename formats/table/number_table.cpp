@@ -114,6 +114,7 @@ bool is_row(std::string_view text, bool cut) {
 }
 
 bool may_be_names(std::string_view text) {
+  if (text.starts_with('{') || text.starts_with('[') || text.starts_with('<')) return false;
   Fields fields;
   split_fields(text, separator_of(text), fields);
   return fields.size() >= kFewestNumberColumns && are_names(fields);

@@ -292,6 +292,7 @@ TEST(Recognise, NamesWhatIsCertainlyNoBrdf) {
        {"<!DOCTYPE html>\n<html>", "<!doctype HTML PUBLIC>", "  \r\n\t<HTML lang=\"en\">", "\xEF\xBB\xBF<html>",
         "<!-- saved from -->\n<!-- twice --><head>", "<body>x", std::string("<html>\0\1\2", 9)}},
       {"a Git LFS pointer", {"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n"}},
+      {"the description of a dense table", {R"({"sbrdf":"dense table","version":1})"}},
       {"gzip-compressed", {std::string("\x1F\x8B\x08\0\0\0\0\0", 8), "\x1F\x8B"}},
       {"an XML file without the root element WindowElement",
        {"<?xml version=\"1.0\"?>\n<svg>", "\xEF\xBB\xBF<?xml version=\"1.0\"?><WindowElements>"}},

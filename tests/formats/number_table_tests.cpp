@@ -75,6 +75,7 @@ TEST(NumberTableLookAt, TakesRowsOfFiveNumbersBelowAtMostOneLineOfNames) {
   EXPECT_EQ(look("# only a comment\n"), Look::kNone);
   EXPECT_EQ(look("# the beginning of a long comment", false), Look::kComments);
   EXPECT_EQ(look("theta_i,phi_i,theta_v,phi_v,400,410,4", false), Look::kComments);
+  EXPECT_EQ(look("{\"theta_i\": [1, 2, 3, 4, 5], \"x", false), Look::kNone);
   EXPECT_EQ(look("the beginning of a long line of some text", false), Look::kNone);
   EXPECT_EQ(look("1 2 3 4 5 6e", false), Look::kTable);
   EXPECT_EQ(look("1 2 3 4 5", false), Look::kNone);  // the fifth may go on

@@ -27,8 +27,10 @@ const Format* format_of_content(const std::string& path) {
   return format ? *format : nullptr;
 }
 
+// Tables of figures are called .csv, too: of such a file the content alone tells.
 const Format* format_of_name(const std::string& path) {
   const std::string extension = lower_extension(path);
+  if (extension == ".csv") return nullptr;
   const auto found = std::find_if(formats().begin(), formats().end(),
                                   [&](const Format& format) { return format.extension == extension; });
   return found == formats().end() ? nullptr : &*found;

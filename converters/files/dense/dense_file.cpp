@@ -95,7 +95,8 @@ std::size_t DenseWriting::head_size() const { return emit_table_head(head()).siz
 
 void DenseWriting::remark_cost() {
   const bool clamps = request_.policy.negatives == Negatives::kClamp;
-  if (type_ != ValueType::kFloat16 && !clamps) {
+  const bool exact = is_table_of(source_, request_.grid) && size_of(type_) >= size_of(source_.table()->type);
+  if ((type_ != ValueType::kFloat16 || exact) && !clamps) {
     remark_interpolation(report_, source_, request_.grid);
     return;
   }

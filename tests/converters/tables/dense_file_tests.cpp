@@ -87,6 +87,9 @@ TEST(DenseFiles, HoldHalvesWithWhatTheyLoseCounted) {
     EXPECT_EQ(find_remark(saved->report, "clamped_nodes")->value, clamped) << extension;
     const auto again = save(extension, **opened);
     EXPECT_EQ(again->files.at(""), saved->files.at("")) << extension;
+    for (const std::string& other : kExtensions) {
+      EXPECT_EQ(find_remark(save(other, **opened)->report, "resampling_mre_percent"), nullptr) << extension << other;
+    }
   }
 }
 
