@@ -134,7 +134,8 @@ TEST(RglWriter, ComesNearerWithMoreNodes) {
 TEST(RglWriter, GivesADiffuseMaterialBackUpToGrazing) {
   const FunctionSource source([](const DirectionPair&, std::size_t channel) { return 0.1 * double(1 + channel); },
                               {true, true, {"R", "G", "B"}});
-  const auto back = read(write(source, small().set("rgl-theta", "8"))->bytes);
+  const auto back =
+      read(write(source, small().set("rgl-theta", "10").set("rgl-size", "20").set("rgl-warp-size", "40"))->bytes);
   for (const double theta_i : {0.0, 20.0, 45.0, 70.0, 80.0}) {
     for (const double theta_v : {0.0, 30.0, 60.0, 75.0, 80.0}) {
       for (const double phi_v : {0.0, 90.0, 175.0, 300.0}) {

@@ -9,8 +9,11 @@ namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kWidth = 4;  // channels that are solved for at a time
-constexpr int kMostIterations = 80;
-constexpr double kEnough = 1e-5;  // of the residual at the start
+/// Of a small system and of a large one: what lies below the horizon settles last, and slowly.
+constexpr int kMostIterations = 200;
+constexpr int kMostIterationsOfLarge = 80;
+constexpr std::size_t kLarge = std::size_t{1} << 18U;  // unknowns of a channel
+constexpr double kEnough = 1e-5;                       // of the residual at the start
 /// Weights of smoothness, of that of the equations at a node.
 constexpr double kSecondDifferences = 1e-4;
 constexpr double kFirstDifferences = 1e-6;
@@ -183,7 +186,8 @@ class Solver {
     Block direction = z;
     std::array<double, kWidth> energy = dots(residual, z, width);
     const std::array<double, kWidth> begun = energy;
-    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
+    const int most = slices_ * cells_ < kLarge ? kMostIterations : kMostIterationsOfLarge;
+    for (int iteration = 0; iteration < most; ++iteration) {
       bool enough = true;
       for (std::size_t c = 0; c < width; ++c) enough = enough && energy[c] <= kEnough * kEnough * begun[c];
       if (enough) break;
