@@ -122,6 +122,7 @@ class PanelSampler {
     ++losses.pairs;
     losses.unmeasured += measured ? 0 : 1;
     losses.negative += negative ? 1 : 0;
+    losses.positive += *std::max_element(f.begin(), f.end()) > 0 ? 1 : 0;
     losses.beyond_theta_max += std::max(pair.i.theta, pair.v.theta) > theta_max_ ? 1 : 0;
     return negative;
   }
@@ -205,6 +206,7 @@ void add_up(RglFitLosses& all, const RglFitLosses& part) {
   all.unmeasured += part.unmeasured;
   all.beyond_theta_max += part.beyond_theta_max;
   all.negative += part.negative;
+  all.positive += part.positive;
 }
 
 /// The slices of each panel: two elevations at one azimuth, or at two. The last azimuth is the first again.
@@ -320,6 +322,8 @@ Result<RglFitLosses> fit_colours(const BrdfSource& source, const RglFitRequest& 
     }
     add_up(all, losses[k]);
   }
+  // Colours that continue negative ones may be positive below the horizon.
+  if (all.positive == 0) return invalid_file("no value of the source is positive: nothing reads such a file");
   const std::size_t phis = material.isotropic() ? 1 : material.phi_i.size() - 1;
   std::vector<double> solution =
       solve_least_squares(panels, material.colour_grid, phis * material.theta_i.size(), channels);

@@ -20,6 +20,7 @@ struct RglFitLosses {
   std::uint64_t unmeasured = 0;        ///< not measured by the source
   std::uint64_t beyond_theta_max = 0;  ///< with a direction beyond the source's theta_max
   std::uint64_t negative = 0;          ///< with a channel below 0
+  std::uint64_t positive = 0;          ///< with a channel above 0
 };
 
 struct RglFitRequest {
