@@ -22,6 +22,7 @@
 #include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
 #include "converters/files/scattered/scattered_file.h"
+#include "converters/files/rgl/rgl_writer.h"
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
@@ -108,13 +109,15 @@ const std::array kFormats = {
            .save = save_utia},
     Format{.name = "rgl",
            .extension = ".bsdf",
-           .description = "RGL tensor file, RGB",
+           .description = "RGL tensor file, RGB or spectral",
            .page = "rgl.md",
-           .capabilities = {Capability::kRead},
-           .holds = {.values = "float32"},
+           .capabilities = {Capability::kRead, Capability::kWrite},
+           .holds = {.channels = "RGB or wavelengths", .values = "float32"},
            .options = rgl_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_rgl(head)); },
-           .open = open_rgl},
+           .open = open_rgl,
+           .save = save_rgl,
+           .check = check_rgl_options},
     Format{.name = "sbrdfz",
            .extension = ".sbrdfz",
            .description = "bundle of sliced BRDFs; FILE.sbrdfz:NAME is one of them",

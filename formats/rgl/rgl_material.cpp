@@ -1,8 +1,10 @@
 #include "formats/rgl/rgl_material.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -98,22 +100,27 @@ RglGrid grid_of(const TensorField& field) {
   return {static_cast<std::size_t>(field.shape[axis_count - 1]), static_cast<std::size_t>(field.shape[axis_count - 2])};
 }
 
-/// One angular axis: rising, within [low, high].
-Status read_axis(const TensorFile& tensors, std::string_view name, double low, double high,
-                 std::vector<float>& values) {
+/// The nodes of an axis.
+Status read_rising(const TensorFile& tensors, std::string_view name, std::vector<float>& values) {
   Result<std::vector<float>> read = require_floats(tensors, name, {{1, true}});
   if (!read) return read.error();
   values = std::move(read).value();
-  const TensorField& field = *tensors.find(name);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i] < low - kAngleSlack || values[i] > high + kAngleSlack) {
-      return value_error(field, i,
-                         "is " + std::to_string(values[i]) + " radians, outside [" + std::to_string(low) + ", " +
-                             std::to_string(high) + "]");
-    }
-    if (i > 0 && values[i] <= values[i - 1]) return value_error(field, i, "does not rise above the one before");
-  }
-  return ok_status();
+  const auto fall = std::ranges::adjacent_find(values, std::ranges::greater_equal());
+  if (fall == values.end()) return ok_status();
+  return value_error(*tensors.find(name), static_cast<std::size_t>(fall - values.begin()) + 1,
+                     "does not rise above the one before");
+}
+
+/// One angular axis: rising, within [low, high].
+Status read_axis(const TensorFile& tensors, std::string_view name, double low, double high,
+                 std::vector<float>& values) {
+  if (Status read = read_rising(tensors, name, values); !read) return read;
+  const auto outside = std::ranges::find_if(
+      values, [&](float value) { return value < low - kAngleSlack || value > high + kAngleSlack; });
+  if (outside == values.end()) return ok_status();
+  return value_error(*tensors.find(name), static_cast<std::size_t>(outside - values.begin()),
+                     "is " + std::to_string(*outside) + " radians, outside [" + std::to_string(low) + ", " +
+                         std::to_string(high) + "]");
 }
 
 /// One table with its grid.
@@ -126,6 +133,21 @@ Status read_table(const TensorFile& tensors, std::string_view name, std::initial
   return ok_status();
 }
 
+std::string_view colour_name(const RglMaterial& material) { return material.spectral() ? "spectra" : "rgb"; }
+
+/// Of a spectral file; nothing is read where there is a field "rgb".
+Status read_wavelengths(const TensorFile& tensors, std::vector<float>& wavelengths) {
+  if (tensors.find("rgb") != nullptr || tensors.find("spectra") == nullptr) return ok_status();
+  if (Status read = read_rising(tensors, "wavelengths", wavelengths); !read) return read;
+  const TensorField& field = *tensors.find("wavelengths");
+  if (wavelengths.front() <= 0) return value_error(field, 0, "is not a positive length");
+  if (wavelengths.size() <= kRglMaxWavelengthCount) return ok_status();
+  return Error{ErrorCode::kUnsupported,
+               "field \"wavelengths\": " + std::to_string(wavelengths.size()) + " wavelengths, the limit is " +
+                   std::to_string(kRglMaxWavelengthCount),
+               field.entry_offset};
+}
+
 Status read_tables(const TensorFile& tensors, RglMaterial& material) {
   const Extent phi_count = {material.phi_i.size()};
   const Extent theta_count = {material.theta_i.size()};
@@ -135,8 +157,9 @@ Status read_tables(const TensorFile& tensors, RglMaterial& material) {
   if (!status) return status;
   status = read_table(tensors, "vndf", {phi_count, theta_count, kNodes, kNodes}, material.vndf_grid, material.vndf);
   if (!status) return status;
-  return read_table(tensors, "rgb", {phi_count, theta_count, {kRglChannelCount}, kNodes, kNodes}, material.rgb_grid,
-                    material.rgb);
+  return read_table(tensors, colour_name(material),
+                    {phi_count, theta_count, {material.channel_count()}, kNodes, kNodes}, material.colour_grid,
+                    material.colours);
 }
 
 Status check_density(const TensorField& field, const RglGrid& grid, const std::vector<float>& values) {
@@ -170,7 +193,7 @@ Status check_tables(const TensorFile& tensors, const RglMaterial& material) {
   if (!status) return status;
   status = check_some_positive(*tensors.find("ndf"), material.ndf);
   if (!status) return status;
-  return check_some_positive(*tensors.find("rgb"), material.rgb);
+  return check_some_positive(*tensors.find(colour_name(material)), material.colours);
 }
 
 std::string read_description(const TensorFile& tensors) {
@@ -179,12 +202,15 @@ std::string read_description(const TensorFile& tensors) {
   return printable_text({reinterpret_cast<const char*>(field->bytes.data()), field->bytes.size()}, kDescriptionMaxSize);
 }
 
-std::optional<Error> spectral_error(const TensorFile& tensors) {
-  const TensorField* spectra = tensors.find("spectra");
-  if (spectra == nullptr || tensors.find("rgb") != nullptr) return std::nullopt;
-  return Error{ErrorCode::kUnsupported,
-               R"(field "spectra": a spectral RGL material; only RGB files, with a field "rgb", can be read)",
-               spectra->entry_offset};
+/// Another format in the same container: Mueller matrices M at half and difference angles (Baek et al., "Image-Based
+/// Acquisition and Modeling of Polarimetric Reflectance", 2020).
+std::optional<Error> polarised_error(const TensorFile& tensors) {
+  const TensorField* matrices = tensors.find("M");
+  if (tensors.find("phi_i") != nullptr || matrices == nullptr) return std::nullopt;
+  return Error{
+      ErrorCode::kUnsupported,
+      R"(field "M": a polarised material (pBSDF, Mueller matrices); only unpolarised RGL materials can be read)",
+      matrices->entry_offset};
 }
 
 std::uint64_t negative_count(const std::vector<float>& values) {
@@ -194,12 +220,14 @@ std::uint64_t negative_count(const std::vector<float>& values) {
 }  // namespace
 
 Result<RglMaterial> parse_rgl_material(const TensorFile& tensors) {
-  if (std::optional<Error> error = spectral_error(tensors)) return *std::move(error);
+  if (std::optional<Error> error = polarised_error(tensors)) return *std::move(error);
   RglMaterial material;
   material.description = read_description(tensors);
   Status status = read_axis(tensors, "phi_i", -2 * kPi, 2 * kPi, material.phi_i);
   if (!status) return status.error();
   status = read_axis(tensors, "theta_i", 0, kPi / 2, material.theta_i);
+  if (!status) return status.error();
+  status = read_wavelengths(tensors, material.wavelengths);
   if (!status) return status.error();
   status = read_tables(tensors, material);
   if (!status) return status.error();
@@ -208,9 +236,36 @@ Result<RglMaterial> parse_rgl_material(const TensorFile& tensors) {
   material.jacobian = (*jacobian)->bytes[0] != std::byte{0};
   status = check_tables(tensors, material);
   if (!status) return status.error();
-  material.negative_rgb_count = negative_count(material.rgb);
+  material.negative_colour_count = negative_count(material.colours);
   material.negative_ndf_count = negative_count(material.ndf);
   return material;
+}
+
+std::vector<std::byte> emit_rgl_material(const RglMaterial& material, const RglSampling& sampling) {
+  constexpr std::array<std::uint32_t, 2> kVersion = {1, 0};
+  const std::uint8_t jacobian = material.jacobian ? 1 : 0;
+  std::vector<TensorOutput> fields;
+  const auto add = [&](std::string_view name, TensorType type, std::vector<std::uint64_t> shape, const auto& values) {
+    fields.push_back({name, type, std::move(shape), std::as_bytes(std::span(values))});
+  };
+  const std::uint64_t phi_count = material.phi_i.size();
+  const std::uint64_t theta_count = material.theta_i.size();
+  const auto& [colour_x, colour_y] = material.colour_grid;
+  add("version", TensorType::kU32, {2}, kVersion);
+  add("description", TensorType::kU8, {material.description.size()}, material.description);
+  add("phi_i", TensorType::kF32, {phi_count}, material.phi_i);
+  add("theta_i", TensorType::kF32, {theta_count}, material.theta_i);
+  add("sigma", TensorType::kF32, {material.sigma_grid.y_count, material.sigma_grid.x_count}, material.sigma);
+  add("ndf", TensorType::kF32, {material.ndf_grid.y_count, material.ndf_grid.x_count}, material.ndf);
+  add("vndf", TensorType::kF32, {phi_count, theta_count, material.vndf_grid.y_count, material.vndf_grid.x_count},
+      material.vndf);
+  add("luminance", TensorType::kF32, {phi_count, theta_count, colour_y, colour_x}, sampling.luminance);
+  if (material.spectral()) add("wavelengths", TensorType::kF32, {material.wavelengths.size()}, material.wavelengths);
+  add(colour_name(material), TensorType::kF32, {phi_count, theta_count, material.channel_count(), colour_y, colour_x},
+      material.colours);
+  add("jacobian", TensorType::kU8, {1}, std::span<const std::uint8_t, 1>(&jacobian, 1));
+  add("valid", TensorType::kU8, {sampling.valid.size()}, sampling.valid);
+  return emit_tensor_file(fields);
 }
 
 }  // namespace sbrdf::internal

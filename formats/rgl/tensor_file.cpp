@@ -175,6 +175,46 @@ Result<TensorFile> parse_tensor_file(std::span<const std::byte> bytes) {
   return tensors;
 }
 
+std::vector<std::uint64_t> tensor_offsets(std::span<const TensorOutput> fields) {
+  const auto aligned = [](std::uint64_t at) {
+    return (at + kTensorAlignment - 1) / kTensorAlignment * kTensorAlignment;
+  };
+  std::uint64_t at = kMagic.size() + 2 + sizeof(std::uint32_t);
+  for (const TensorOutput& field : fields) {
+    at += sizeof(std::uint16_t) + field.name.size() + sizeof(std::uint16_t) + 1 + sizeof(std::uint64_t) +
+          sizeof(std::uint64_t) * field.shape.size();
+  }
+  std::vector<std::uint64_t> offsets;
+  for (const TensorOutput& field : fields) {
+    offsets.push_back(aligned(at));
+    at = offsets.back() + field.bytes.size();
+  }
+  offsets.push_back(at);
+  return offsets;
+}
+
+std::vector<std::byte> emit_tensor_file(std::span<const TensorOutput> fields) {
+  const std::vector<std::uint64_t> offsets = tensor_offsets(fields);
+  ByteWriter out;
+  out.text(kMagic);
+  out.number(std::uint8_t{1});
+  out.number(std::uint8_t{0});
+  out.number(static_cast<std::uint32_t>(fields.size()));
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    out.number(static_cast<std::uint16_t>(fields[k].name.size()));
+    out.text(fields[k].name);
+    out.number(static_cast<std::uint16_t>(fields[k].shape.size()));
+    out.number(static_cast<std::uint8_t>(fields[k].type));
+    out.number(offsets[k]);
+    for (const std::uint64_t extent : fields[k].shape) out.number(extent);
+  }
+  for (std::size_t k = 0; k < fields.size(); ++k) {
+    while (out.size() < offsets[k]) out.number(std::uint8_t{0});
+    out.bytes(fields[k].bytes);
+  }
+  return std::move(out).take();
+}
+
 std::string printable_text(std::string_view text, std::size_t max_size) {
   std::string shown(text.substr(0, max_size));
   std::ranges::replace_if(

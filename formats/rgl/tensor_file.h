@@ -52,6 +52,23 @@ struct TensorFile {
 /// fields or dimensions than the limits above. Messages name the field.
 Result<TensorFile> parse_tensor_file(std::span<const std::byte> bytes);
 
+/// A field to be written. The caller keeps the bytes, exactly as many as type and shape ask for.
+struct TensorOutput {
+  std::string_view name;
+  TensorType type = TensorType::kU8;
+  std::vector<std::uint64_t> shape;
+  std::span<const std::byte> bytes;
+};
+
+/// Where the elements of each field begin in a file of these fields, in their order, and last the size of the file.
+/// Every field begins at a multiple of kTensorAlignment, as in published files: readers that map a file rely on it.
+inline constexpr std::uint64_t kTensorAlignment = 8;
+[[nodiscard]] std::vector<std::uint64_t> tensor_offsets(std::span<const TensorOutput> fields);
+
+/// A whole file of version 1.0. Names are unique and not empty; there are no more fields and dimensions than the
+/// limits.
+[[nodiscard]] std::vector<std::byte> emit_tensor_file(std::span<const TensorOutput> fields);
+
 /// `text` on one line of ASCII: other bytes become '?', and what exceeds `max_size` becomes "...".
 [[nodiscard]] std::string printable_text(std::string_view text, std::size_t max_size);
 

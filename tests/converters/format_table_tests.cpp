@@ -120,7 +120,7 @@ TEST(FormatTable, CapabilitiesSayWhatARowHas) {
 
 TEST(FormatTable, FindsWritersWhateverTheLetterCaseAndListsThem) {
   EXPECT_EQ((*find_writer(".BiNaRy"))->name, "merl");
-  for (const char* extension : {"", ".", ".bsdf", ".binar", ".binaryy", "binary"}) {
+  for (const char* extension : {"", ".", ".json", ".binar", ".binaryy", "binary"}) {
     const auto writer = find_writer(extension);
     ASSERT_FALSE(writer.ok()) << extension;
     EXPECT_EQ(writer.error().code, ErrorCode::kUsage);
@@ -408,6 +408,7 @@ Options small_options(std::string_view format) {
   if (format == "merl") return Options().set("merl-shape", "6,6,6");
   if (format == "ngan") return Options().set("ngan-shape", "3,3,6,4");
   if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
+  if (format == "rgl") return Options().set("rgl-size", "8").set("rgl-warp-size", "16").set("rgl-theta", "3");
   if (find_option(row(format).options, "grid", OptionUse::kWrite) != nullptr)
     return Options().set("grid", "45:90:45:90");
   return {};
@@ -444,7 +445,7 @@ TEST(SaveSource, ReportsBytesAndFindingsOfTheSource) {
 
 TEST(SaveSource, RefusesWhatCannotBeWrittenAndWhatContradictsItself) {
   const auto source = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
-  EXPECT_EQ(save("rgl", *source).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(save("kurt", *source).error().code, ErrorCode::kUnsupported);
   const auto both = save("sbrdf", *source, Options().set("samples", "50").set("target-mre", "3"));
   EXPECT_EQ(both.error().code, ErrorCode::kUsage);
   EXPECT_THAT(both.error().message, testing::AllOf(HasSubstr("--samples"), HasSubstr("--target-mre")));

@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "converters/files/rgl/rgl.h"
 #include "formats/rgl/rgl_material.h"
@@ -31,7 +32,7 @@ void evaluate_everywhere(const BrdfSource& source) {
     for (const double theta_v : kTheta) {
       for (std::size_t k = 0; k < kPhi.size(); ++k) {
         const DirectionPair pair = {{theta_i, kPhi[k]}, {theta_v, kPhi[(k * k + 1) % kPhi.size()]}};
-        std::array<float, kRglChannelCount> values{};
+        std::vector<float> values(source.channel_count());
         source.evaluate(std::span(&pair, 1), values);
         for (const float v : values) require(std::isfinite(v), "an RGL source evaluates to finite values");
       }
@@ -45,6 +46,9 @@ void run(const Bytes& bytes) {
   const auto source = load_rgl(bytes);
   require(!source.ok() || tensors.ok(), "only tensor files load");
   if (source) evaluate_everywhere(**source);
+  const auto colours = load_rgl(bytes, Negatives::kKeep, RglSpectral::kRgb);
+  require(source.ok() || !colours.ok(), "what has colours has channels");
+  if (colours) evaluate_everywhere(**colours);
 }
 
 }  // namespace

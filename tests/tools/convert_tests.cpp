@@ -248,7 +248,7 @@ TEST(Convert, SaysThatATargetMustBeGreaterThanZero) {
 
 TEST(ConvertOutput, NeedsAKnownExtension) {
   const ScratchFolder folder;
-  for (const char* name : {"out.xyz", "out.bsdf", "out", "out.", ".sbrdf"}) {
+  for (const char* name : {"out.xyz", "out.obj", "out", "out.", ".sbrdf"}) {
     expect_failure(run_sbrdf({"convert", "kurt:wood01", folder / name}), 1, folder / name,
                    "use one of .sbrdf, .binary");
   }

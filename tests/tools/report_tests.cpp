@@ -276,7 +276,7 @@ TEST(Formats, AreAllListed) {
   ASSERT_GE(json["formats"].size(), 5);
   EXPECT_EQ(json["formats"][2]["name"], "rgl");
   EXPECT_EQ(json["formats"][2]["read"], true);
-  EXPECT_EQ(json["formats"][2]["write"], false);
+  EXPECT_EQ(json["formats"][2]["write"], true);
   EXPECT_EQ(json["models"][0]["materials"].size(), 10);
   const std::string text = run_sbrdf({"formats"}).out;
   for (const char* word : {".sbrdf", ".binary", ".bsdf", "kurt:", "fabric112"}) EXPECT_THAT(text, HasSubstr(word));

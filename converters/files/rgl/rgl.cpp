@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "codec/frame/frame.h"
+#include "converters/files/rgl/rgl_angles.h"
+#include "converters/files/rgl/rgl_spectral.h"
 #include "converters/files/rgl/rgl_tables.h"
 #include "formats/core/directions.h"
 #include "formats/rgl/rgl_material.h"
@@ -23,8 +25,6 @@ namespace {
 constexpr std::string_view kFourierMagic = "SCATFUN\x01";
 /// How far the first azimuth of a quarter turn may be from -pi [radians].
 constexpr double kQuarterSlack = 1e-3;
-
-constexpr std::array kOptions = {negatives_option(OptionUse::kRead)};
 
 bool is_fourier_bsdf(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -72,13 +72,6 @@ FoldedAzimuth fold(Coverage coverage, double first, double phi_i) {
   return {-within_half, -1};
 }
 
-double unit_from_theta(double theta) { return std::sqrt(std::min(theta * (2 / kPi), 1.0)); }
-
-double unit_from_phi(double phi) {
-  const double turns = phi / (2 * kPi) + 0.5;
-  return turns - std::floor(turns);
-}
-
 /// Elevation of the half vector, and its azimuth from that of the light.
 struct HalfVector {
   double theta = 0;
@@ -94,15 +87,18 @@ HalfVector half_vector(const DirectionPair& pair) {
   return {std::atan2(std::sqrt(x * x + y * y), z), std::atan2(y, x)};
 }
 
-float finite_float(double value) {
-  constexpr double largest = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -largest, largest));
+std::vector<std::string> names_of_wavelengths(std::span<const float> wavelengths) {
+  std::vector<std::string> names;
+  for (const float wavelength : wavelengths) names.push_back(rgl_channel_name(wavelength));
+  return names;
 }
 
 class RglSource final : public BrdfSource {
  public:
-  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives)
-      : coverage_(coverage),
+  /// `file` may be nullptr.
+  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives, std::shared_ptr<const ByteSource> file)
+      : file_(std::move(file)),
+        coverage_(coverage),
         negatives_(negatives),
         jacobian_(material.jacobian),
         phi_i_(material.phi_i),
@@ -110,34 +106,38 @@ class RglSource final : public BrdfSource {
         sigma_(material.sigma_grid, material.sigma),
         ndf_(material.ndf_grid, material.ndf),
         vndf_(material.vndf_grid, material.vndf),
-        colours_(material.rgb_grid, material.rgb) {
+        colours_(material.colour_grid, material.channel_count(), material.colours) {
     traits_.format = "rgl";
     traits_.description = material.description.empty() ? "RGL material" : material.description;
     traits_.channels = {"R", "G", "B"};
+    if (material.spectral()) traits_.channels = names_of_wavelengths(material.wavelengths);
     traits_.isotropic = material.isotropic();
     traits_.theta_max_deg = traits_.slice_theta_max_deg = kRglThetaMaxDeg;
     traits_.beyond_theta_max = "extrapolated towards a pole at the horizon";
-    add_finding("negative stored rgb values", material.negative_rgb_count, material.rgb.size());
+    add_finding(material.spectral() ? "negative stored spectral values" : "negative stored rgb values",
+                material.negative_colour_count, material.colours.size());
     add_finding("negative stored ndf values", material.negative_ndf_count, material.ndf.size());
   }
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
 
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
-    assert(values.size() == pairs.size() * kRglChannelCount);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      evaluate_pair(pairs[i], values.subspan(i * kRglChannelCount).first<kRglChannelCount>());
-    }
+    const std::size_t channels = channel_count();
+    assert(values.size() == pairs.size() * channels);
+    for (std::size_t i = 0; i < pairs.size(); ++i) evaluate_pair(pairs[i], values.subspan(i * channels, channels));
   }
 
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
     std::ranges::fill(flags, std::uint8_t{1});
     if (negatives_ != Negatives::kUnmeasured) return;
-    std::array<float, kRglChannelCount> values{};
+    std::vector<float> values(channel_count());
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       evaluate_pair(pairs[k], values);
       if (*std::ranges::min_element(values) < 0) flags[k] = 0;
     }
+  }
+  [[nodiscard]] std::shared_ptr<const ByteSource> stored(std::string_view format) const override {
+    return format == traits_.format ? file_ : nullptr;
   }
   // There is no table of directions; these cells are about as fine as the measurement.
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override {
@@ -151,7 +151,7 @@ class RglSource final : public BrdfSource {
     if (count > 0) traits_.findings.push_back({std::move(what), count, total});
   }
 
-  void evaluate_pair(DirectionPair pair, std::span<float, kRglChannelCount> values) const {
+  void evaluate_pair(DirectionPair pair, std::span<float> values) const {
     if (!above_horizon(pair)) {
       std::ranges::fill(values, 0.0f);
       return;
@@ -162,20 +162,19 @@ class RglSource final : public BrdfSource {
     const HalfVector half = half_vector(pair);
     const RglPoint u_m = {unit_from_theta(half.theta), unit_from_phi(light.phi_i + light.sign * half.phi)};
     const RglSlices slices = rgl_slices(phi_i_, theta_i_, light.phi_i, pair.i.theta);
-    const auto colour = colours_.at(vndf_.invert(u_m, slices), slices);
-
     double scale = 1 / std::max(std::cos(pair.v.theta), kRglMinCosine);
     if (jacobian_) {
       // Dupuy & Jakob 2018: stored is the weight of a sample, f_r cos(theta_v) over the density ndf(m) / (4 sigma(i)).
       const RglPoint u_i = {unit_from_theta(pair.i.theta), unit_from_phi(light.phi_i)};
       scale *= ndf_.at(u_m) / (4 * sigma_.at(u_i));
     }
-    for (std::size_t c = 0; c < kRglChannelCount; ++c) values[c] = finite_float(colour[c] * scale);
+    colours_.at(vndf_.invert(u_m, slices), slices, scale, values);
     if (negatives_ == Negatives::kClamp) {
       for (float& value : values) value = std::max(value, 0.0F);
     }
   }
 
+  std::shared_ptr<const ByteSource> file_;
   Coverage coverage_;
   Negatives negatives_;
   bool jacobian_;
@@ -188,29 +187,40 @@ class RglSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-}  // namespace
-
-bool recognises_rgl(std::span<const std::byte> bytes) { return is_tensor_file(bytes) || is_fourier_bsdf(bytes); }
-
-Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes, Negatives negatives) {
+Result<std::unique_ptr<BrdfSource>> make_source(std::span<const std::byte> bytes, Negatives negatives,
+                                                RglSpectral spectral, std::shared_ptr<const ByteSource> file) {
   if (is_fourier_bsdf(bytes)) {
     return unsupported("a Fourier BSDF (magic SCATFUN), not an RGL tensor file", 0);
   }
   const Result<TensorFile> tensors = parse_tensor_file(bytes);
   if (!tensors) return tensors.error();
-  const Result<RglMaterial> material = parse_rgl_material(*tensors);
+  Result<RglMaterial> material = parse_rgl_material(*tensors);
   if (!material) return material.error();
   const Result<Coverage> coverage = coverage_of(*material, *tensors);
   if (!coverage) return coverage.error();
-  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage, negatives));
+  const bool reduce = spectral == RglSpectral::kRgb && material->spectral();
+  if (reduce) {
+    if (Status reduced = reduce_to_rgb(*material); !reduced) return reduced.error();
+  }
+  if (reduce || negatives != Negatives::kKeep) file = nullptr;
+  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage, negatives, std::move(file)));
+}
+
+}  // namespace
+
+bool recognises_rgl(std::span<const std::byte> bytes) { return is_tensor_file(bytes) || is_fourier_bsdf(bytes); }
+
+Result<std::unique_ptr<BrdfSource>> load_rgl(std::span<const std::byte> bytes, Negatives negatives,
+                                             RglSpectral spectral) {
+  return make_source(bytes, negatives, spectral, nullptr);
 }
 
 Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes, const Options& options) {
   const Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(bytes));
+  if (!viewed) return viewed.error();
   const Negatives negatives = policy_of(options, NonFinite::kRefuse).negatives;
-  return viewed ? load_rgl(*(*viewed)->view(), negatives) : viewed.error();
+  const auto spectral = value_of(kRglSpectralNames, options.text("spectral").value_or("channels"));
+  return make_source(*(*viewed)->view(), negatives, spectral.value_or(RglSpectral::kChannels), *viewed);
 }
-
-std::span<const OptionSpec> rgl_options() { return kOptions; }
 
 }  // namespace sbrdf::internal

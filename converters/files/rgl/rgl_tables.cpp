@@ -1,6 +1,8 @@
 #include "converters/files/rgl/rgl_tables.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace sbrdf::internal {
 namespace {
@@ -33,6 +35,24 @@ double mix(double a, double b, double fraction) {
 
 /// Integral of a linear function over the first part of an interval of width 1 with the values `a` and `b` at its ends.
 double integral_to(double fraction, double a, double b) { return fraction * (a + 0.5 * fraction * (b - a)); }
+
+/// The inverse: the fraction in [0, 1] with this integral, 0 where there is nothing to integrate.
+double fraction_of(double integral, double a, double b) {
+  const double divisor = a + std::sqrt(std::max(0.0, a * a + 2 * (b - a) * integral));
+  return divisor > 0 ? std::clamp(2 * integral / divisor, 0.0, 1.0) : 0.0;
+}
+
+/// Of `count` rising values: the last that is not above `target`, but not the very last.
+template <class Value>
+std::size_t last_not_above(std::size_t count, double target, const Value& value) {
+  std::size_t low = 0;
+  std::size_t high = count - 1;
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (value(middle) <= target ? low : high) = middle;
+  }
+  return low;
+}
 
 }  // namespace
 
@@ -124,30 +144,89 @@ RglPoint RglWarp::invert(const RglPoint& u, const RglSlices& slices) const {
   return {mass > 0 ? std::clamp(before / mass, 0.0, 1.0) : 0.0, std::clamp(at_y, 0.0, 1.0)};
 }
 
-RglColours::RglColours(const RglGrid& grid, std::span<const float> values) : grid_(grid), values_(values.size()) {
+double RglWarp::row_before(std::size_t y, const RglSlices& slices) const {
+  double before = 0;
+  for (std::size_t i = 0; i < slices.count; ++i)
+    before += slices.weight[i] * rows_[slices.index[i] * grid_.y_count + y].before;
+  return before;
+}
+
+double RglWarp::row_mass(std::size_t y, const RglSlices& slices) const {
+  double mass = 0;
+  for (std::size_t i = 0; i < slices.count; ++i)
+    mass += slices.weight[i] * rows_[slices.index[i] * grid_.y_count + y].mass;
+  return mass;
+}
+
+RglWarp::Node RglWarp::node(std::size_t x, std::size_t y, double y_fraction, const RglSlices& slices) const {
+  Node sum;
+  for (std::size_t i = 0; i < slices.count; ++i) {
+    const Node* low = nodes_.data() + slices.index[i] * grid_.cell_count() + y * grid_.x_count + x;
+    const Node* high = low + grid_.x_count;
+    const auto weight = static_cast<float>(slices.weight[i]);
+    const auto fraction = static_cast<float>(y_fraction);
+    sum.density += weight * ((1 - fraction) * low->density + fraction * high->density);
+    sum.before += weight * ((1 - fraction) * low->before + fraction * high->before);
+  }
+  return sum;
+}
+
+RglPoint RglWarp::warp(const RglPoint& s, const RglSlices& slices) const {
+  const double y_target = s.y * row_before(grid_.y_count - 1, slices);
+  const std::size_t y = last_not_above(grid_.y_count, y_target, [&](std::size_t k) { return row_before(k, slices); });
+  const double y_fraction = fraction_of(y_target - row_before(y, slices), row_mass(y, slices), row_mass(y + 1, slices));
+  const double x_target = s.x * node(grid_.x_count - 1, y, y_fraction, slices).before;
+  const std::size_t x =
+      last_not_above(grid_.x_count, x_target, [&](std::size_t k) { return node(k, y, y_fraction, slices).before; });
+  const Node low = node(x, y, y_fraction, slices);
+  const double x_fraction = fraction_of(x_target - low.before, low.density, node(x + 1, y, y_fraction, slices).density);
+  return {(static_cast<double>(x) + x_fraction) / static_cast<double>(grid_.x_count - 1),
+          (static_cast<double>(y) + y_fraction) / static_cast<double>(grid_.y_count - 1)};
+}
+
+double RglWarp::density(const RglPoint& u, const RglSlices& slices) const {
+  const Position x = position_on_grid(u.x, grid_.x_count);
+  const Position y = position_on_grid(u.y, grid_.y_count);
+  const double in_cells = mix(node(x.index, y.index, y.fraction, slices).density,
+                              node(x.index + 1, y.index, y.fraction, slices).density, x.fraction);
+  return in_cells * static_cast<double>((grid_.x_count - 1) * (grid_.y_count - 1));
+}
+
+RglCell rgl_cell(const RglGrid& grid, const RglPoint& u) {
+  const Position x = position_on_grid(u.x, grid.x_count);
+  const Position y = position_on_grid(u.y, grid.y_count);
+  return {y.index * grid.x_count + x.index,
+          {(1 - y.fraction) * (1 - x.fraction), (1 - y.fraction) * x.fraction, y.fraction * (1 - x.fraction),
+           y.fraction * x.fraction}};
+}
+
+RglColours::RglColours(const RglGrid& grid, std::size_t channel_count, std::span<const float> values)
+    : grid_(grid), channel_count_(channel_count), values_(values.size()) {
   const std::size_t cell_count = grid.cell_count();
   for (std::size_t i = 0; i < values.size(); ++i) {
     const std::size_t plane = i / cell_count;
-    const std::size_t slice = plane / kRglChannelCount;
-    const std::size_t channel = plane % kRglChannelCount;
-    values_[(slice * cell_count + i % cell_count) * kRglChannelCount + channel] = values[i];
+    const std::size_t slice = plane / channel_count_;
+    const std::size_t channel = plane % channel_count_;
+    values_[(slice * cell_count + i % cell_count) * channel_count_ + channel] = values[i];
   }
 }
 
-std::array<double, kRglChannelCount> RglColours::at(const RglPoint& u, const RglSlices& slices) const {
+void RglColours::at(const RglPoint& u, const RglSlices& slices, double scale, std::span<float> values) const {
+  constexpr double largest = std::numeric_limits<float>::max();
   const Position x = position_on_grid(u.x, grid_.x_count);
   const Position y = position_on_grid(u.y, grid_.y_count);
-  std::array<double, kRglChannelCount> colour = {};
-  for (std::size_t i = 0; i < slices.count; ++i) {
-    const std::size_t cell = slices.index[i] * grid_.cell_count() + y.index * grid_.x_count + x.index;
-    const float* low = values_.data() + cell * kRglChannelCount;
-    const float* high = low + grid_.x_count * kRglChannelCount;
-    for (std::size_t c = 0; c < kRglChannelCount; ++c) {
-      colour[c] += slices.weight[i] * mix(mix(low[c], low[c + kRglChannelCount], x.fraction),
-                                          mix(high[c], high[c + kRglChannelCount], x.fraction), y.fraction);
+  const std::size_t first = (y.index * grid_.x_count + x.index) * channel_count_;
+  const std::size_t row = grid_.x_count * channel_count_;
+  for (std::size_t c = 0; c < channel_count_; ++c) {
+    double sum = 0;
+    for (std::size_t i = 0; i < slices.count; ++i) {
+      const float* low = values_.data() + slices.index[i] * grid_.cell_count() * channel_count_ + first + c;
+      const float* high = low + row;
+      sum += slices.weight[i] * mix(mix(low[0], low[channel_count_], x.fraction),
+                                    mix(high[0], high[channel_count_], x.fraction), y.fraction);
     }
+    values[c] = static_cast<float>(std::clamp(sum * scale, -largest, largest));
   }
-  return colour;
 }
 
 }  // namespace sbrdf::internal

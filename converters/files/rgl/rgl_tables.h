@@ -51,6 +51,10 @@ class RglWarp {
 
   /// The uniform point that is warped to `u`. x is 0 where the density vanishes along the whole row of `u`.
   [[nodiscard]] RglPoint invert(const RglPoint& u, const RglSlices& slices) const;
+  /// The other way: where a uniform point is warped to.
+  [[nodiscard]] RglPoint warp(const RglPoint& s, const RglSlices& slices) const;
+  /// The density at `u`; its integral over the square is 1.
+  [[nodiscard]] double density(const RglPoint& u, const RglSlices& slices) const;
 
  private:
   /// Lengths are in cells of the grid. `before` is the integral of the density along the row, from x = 0 to the node.
@@ -64,21 +68,35 @@ class RglWarp {
     float before = 0;
   };
   void add_slice(std::span<const float> density);
+  [[nodiscard]] double row_before(std::size_t y, const RglSlices& slices) const;
+  [[nodiscard]] double row_mass(std::size_t y, const RglSlices& slices) const;
+  [[nodiscard]] Node node(std::size_t x, std::size_t y, double y_fraction, const RglSlices& slices) const;
 
   RglGrid grid_;
   std::vector<Node> nodes_;
   std::vector<Row> rows_;
 };
 
-/// The colours in warped coordinates.
+/// What four nodes around a point of the square weigh: those at `first`, `first + 1` and, a row on, `first + x_count`
+/// and `first + x_count + 1`.
+struct RglCell {
+  std::size_t first = 0;
+  std::array<double, 4> weight = {};
+};
+[[nodiscard]] RglCell rgl_cell(const RglGrid& grid, const RglPoint& u);
+
+/// The colours in warped coordinates, of any number of channels.
 class RglColours {
  public:
   /// `values` are [slice, channel, y, x].
-  RglColours(const RglGrid& grid, std::span<const float> values);
-  [[nodiscard]] std::array<double, kRglChannelCount> at(const RglPoint& u, const RglSlices& slices) const;
+  RglColours(const RglGrid& grid, std::size_t channel_count, std::span<const float> values);
+  [[nodiscard]] std::size_t channel_count() const { return channel_count_; }
+  /// `values`, one for each channel, times `scale`; held within the range of float.
+  void at(const RglPoint& u, const RglSlices& slices, double scale, std::span<float> values) const;
 
  private:
   RglGrid grid_;
+  std::size_t channel_count_;
   std::vector<float> values_;  ///< [slice, y, x, channel]
 };
 
