@@ -87,7 +87,7 @@ Result<MerlHead> parse_merl_head(std::span<const std::byte> head, std::uint64_t 
 }
 
 bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size) {
-  return parse_merl_head(head, file_size).ok();
+  return parse_merl_shape(head, file_size).ok();
 }
 
 bool resembles_merl(std::span<const std::byte> head, std::uint64_t file_size) {

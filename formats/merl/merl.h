@@ -75,7 +75,7 @@ struct MerlHead {
 /// as big-endian ones.
 [[nodiscard]] Result<MerlShape> parse_merl_shape(std::span<const std::byte> head, std::uint64_t file_size);
 
-/// The file is a whole MERL table: parse_merl_head takes it.
+/// The file is a whole MERL table of 64-bit floats: parse_merl_shape takes it.
 [[nodiscard]] bool recognises_merl(std::span<const std::byte> head, std::uint64_t file_size);
 
 /// The file begins as a MERL table does but may have another size, or is one in big-endian order. Text and the other

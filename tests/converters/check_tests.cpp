@@ -57,9 +57,10 @@ std::unique_ptr<BrdfSource> table_of(const BrdfSource& source, Grid grid,
   std::vector<double> values(nodes.size() * source.channel_count());
   sampled.values->gather(nodes, values);
   if (damage) damage(values, grid);
-  DenseDescription description{
-      "test", "a table",         source.traits().channels, nullptr, {Negatives::kKeep, NonFinite::kUnmeasured},
-      {},     "nodes unmeasured"};
+  DenseDescription description;
+  description.format = "test";
+  description.description = "a table";
+  description.channels = source.traits().channels;
   return DenseSource::make(table_in_memory(std::move(grid), source.channel_count(), std::move(values)), description)
       .value();
 }

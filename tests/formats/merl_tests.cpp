@@ -167,7 +167,7 @@ TEST(MerlRecognition, NamesFloat32Values) {
   ASSERT_FALSE(shape.ok());
   EXPECT_EQ(shape.error().code, ErrorCode::kUnsupported);
   EXPECT_THAT(shape.error().message, testing::HasSubstr("20 x 20 x 40 cells that has exactly the size of float32"));
-  EXPECT_TRUE(recognises_merl(header_of(20, 20, 40), 12 + 3 * 4 * 16'000));
+  EXPECT_TRUE(resembles_merl(header_of(20, 20, 40), 12 + 3 * 4 * 16'000));
   const auto head = parse_merl_head(header_of(20, 20, 40), 12 + 3 * 4 * 16'000);
   ASSERT_TRUE(head.ok());
   EXPECT_EQ(head->value_size, 4U);

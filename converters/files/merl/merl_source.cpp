@@ -258,6 +258,13 @@ Result<std::unique_ptr<MerlSource>> MerlSource::make(std::shared_ptr<const ByteS
   if (!start) return start.error();
   const Result<MerlHead> head = parse_merl_head(*start, file->size());
   if (!head) return head.error();
+  if (head->value_size != convention.value_size) {
+    return unsupported(head->value_size == sizeof(double)
+                           ? "the numbers of this MERL table are 64-bit floats, not --merl-float32"
+                           : "a MERL table that has exactly the size of float32 values, or half of one of float64; "
+                             "--merl-float32 reads the former",
+                       kMerlHeaderSize);
+  }
   Result<std::shared_ptr<const ByteSource>> viewed = with_view(std::move(file));
   if (!viewed) return viewed.error();
   std::unique_ptr<MerlSource> source(new MerlSource(*std::move(viewed), *head, policy, convention));
@@ -293,11 +300,11 @@ void MerlSource::settle_turn() {
     const MerlHead head = {shape_, value_size_};
     const auto turn = asks ? TurnJudge(planes_, head, convention_.position).judge() : MerlTurn::kHalf;
     convention_.turn = turn.value_or(MerlTurn::kHalf);
-    if (!turn) {
+    if (!turn && shape_[2] >= 3 * shape_[1]) {  // more columns than half a turn is usually given
       traits_.findings.push_back(
           {"cells along phi_d, taken for half a turn; they could cover a full one: --merl-turn full", shape_[2],
            shape_[2]});
-    } else if (*turn == MerlTurn::kFull) {
+    } else if (turn == MerlTurn::kFull) {
       traits_.findings.push_back({"cells along phi_d cover a full turn, as the content tells", shape_[2], shape_[2]});
     }
   }
@@ -509,7 +516,8 @@ std::optional<MaskGrid> MerlSource::mask_grid() const {
 MerlConvention merl_convention_of(const Options& options, MerlTurn turn) {
   return {value_of(kMerlPositionNames, options.text("merl-position").value_or("")).value_or(MerlPosition::kCentre),
           value_of(kMerlTurnNames, options.text("merl-turn").value_or("")).value_or(turn),
-          value_of(kMerlLookupNames, options.text("merl-lookup").value_or("")).value_or(MerlLookup::kLinear)};
+          value_of(kMerlLookupNames, options.text("merl-lookup").value_or("")).value_or(MerlLookup::kLinear),
+          options.has("merl-float32") ? sizeof(float) : sizeof(double)};
 }
 
 Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file, const Options& options) {

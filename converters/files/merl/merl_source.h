@@ -47,6 +47,7 @@ struct MerlConvention {
   MerlPosition position = MerlPosition::kCentre;
   MerlTurn turn = MerlTurn::kHalf;
   MerlLookup lookup = MerlLookup::kLinear;
+  std::size_t value_size = sizeof(double);  ///< 8, or 4 where the numbers are 32-bit floats
 };
 
 /// A MERL table that can be evaluated (specs/merl.md). Isotropic and reciprocal by construction: the table knows
@@ -70,6 +71,9 @@ class MerlSource final : public BrdfSource {
   /// message counts them and names the first cell; `offset` is its place in the file), and where no value is positive.
   /// `traits().findings` counts the marks, those above the horizon by themselves, the cells with some negative channel,
   /// and those with a value that is not finite, of which it names the first.
+  ///
+  /// A table whose size is that of 32-bit floats is kUnsupported unless the convention says so: half of a table of
+  /// 64-bit ones has that size, too.
   ///
   /// With MerlTurn::kAuto, a table whose third count is even and not 180 is looked at: cells that are blank where one
   /// of the two readings has its horizon and the other has not; without blank cells, whether values half the dimension
@@ -152,8 +156,8 @@ class MerlSource final : public BrdfSource {
 /// What options say of it; `turn` where they do not.
 [[nodiscard]] MerlConvention merl_convention_of(const Options& options, MerlTurn turn);
 
-/// Opens a MERL file: the row of the format table. Options: merl-position; merl-lookup; merl-turn; negatives;
-/// non-finite, of which the default is unmeasured.
+/// Opens a MERL file: the row of the format table. Options: merl-float32; merl-position; merl-lookup; merl-turn;
+/// negatives; non-finite, of which the default is unmeasured.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_merl(std::shared_ptr<const ByteSource> file,
                                                             const Options& options = {});
 

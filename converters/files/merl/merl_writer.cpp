@@ -257,6 +257,10 @@ constexpr std::array kOptions = {
                .fallback = "auto: as the content tells; written like a MERL IN, else half",
                .meaning = "Whether the third dimension of a MERL table covers half a turn of phi_d, which makes it "
                           "reciprocal, or a full one"},
+    OptionSpec{.name = "merl-float32",
+               .kind = OptionKind::kFlag,
+               .use = OptionUse::kRead,
+               .meaning = "The numbers of a MERL table that is read are 32-bit floats"},
     OptionSpec{.name = "merl-type",
                .kind = OptionKind::kChoice,
                .choices = kTypeChoices,

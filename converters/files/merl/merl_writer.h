@@ -33,7 +33,7 @@ inline constexpr std::uint64_t kMerlMaxResampledCells = std::uint64_t{1} << 28;
 
 /// How a table is written, beside its shape.
 struct MerlWriting {
-  MerlConvention convention = {};           ///< kAuto of the turn is not one
+  MerlConvention convention = {};  ///< kAuto of the turn is not one; of its two that concern reading, none counts
   std::size_t value_size = sizeof(double);  ///< 8 or 4 bytes of a number
 };
 
