@@ -410,7 +410,7 @@ Options small_options(std::string_view format) {
   if (format == "sbrdf") return Options().set("samples", "60").set("placement", "40/180");
   if (format == "rgl") return Options().set("rgl-size", "8").set("rgl-warp-size", "16").set("rgl-theta", "3");
   if (find_option(row(format).options, "grid", OptionUse::kWrite) != nullptr)
-    return Options().set("grid", "45:90:45:90");
+    return Options().set("grid", std::string(small_files::kSmallGrid));
   return {};
 }
 

@@ -222,13 +222,14 @@ TEST(RglParse, RejectsAMaterialThatIsNowherePositive) {
   }
 }
 
-TEST(RglParse, RefusesASpectralMaterial) {
+TEST(RglParse, RefusesASpectralMaterialWithoutAWavelengthForEachChannel) {
   std::vector<Field> fields = SmallMaterial().fields();
   named(fields, "rgb").name = "spectra";
-  fields.push_back(floats("wavelengths", {3}, {400, 500, 600}));
+  EXPECT_THAT(load_error(fields).message, HasSubstr("wavelengths"));
+  fields.push_back(floats("wavelengths", {2}, {400, 500}));
   const Error error = load_error(fields);
-  EXPECT_EQ(error.code, ErrorCode::kUnsupported);
-  EXPECT_THAT(error.message, HasSubstr("spectral"));
+  EXPECT_EQ(error.code, ErrorCode::kInvalidFile);
+  EXPECT_THAT(error.message, testing::AnyOf(HasSubstr("wavelengths"), HasSubstr("spectra")));
 }
 
 TEST(RglParse, RefusesAzimuthsThatAreNoPartOfATurn) {
