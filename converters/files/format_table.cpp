@@ -21,20 +21,20 @@
 #include "converters/files/ngan/ngan.h"
 #include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
-#include "converters/files/scattered/scattered_file.h"
 #include "converters/files/rgl/rgl_writer.h"
+#include "converters/files/scattered/scattered_file.h"
 #include "converters/files/sliced/bundle_file.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/files/sliced/sliced.h"
+#include "converters/files/utia/utia.h"
 #include "converters/files/zemax/zemax_source.h"
 #include "formats/klems/klems.h"
-#include "converters/files/utia/utia.h"
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
-#include "formats/table/hdf5_table.h"
-#include "formats/zemax/zemax.h"
 #include "formats/table/exr_image.h"
+#include "formats/table/hdf5_table.h"
 #include "formats/table/npy.h"
+#include "formats/zemax/zemax.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -225,15 +225,19 @@ Error not_recognised(Head head, std::uint64_t size) {
   return invalid_file(message + "; as a MERL table: " + shape.error().message, shape.error().offset);
 }
 
-// The row that is sure, or nullptr; `damaged` becomes one that is not, or nullptr.
-const Format* find_format(Head head, std::uint64_t size, const Format*& damaged) {
-  damaged = nullptr;
+/// The row that is surest of a file, and how sure.
+struct Found {
+  const Format* format = nullptr;
+  Match match = Match::kNone;
+};
+
+Found find_format(Head head, std::uint64_t size) {
+  Found surest;
   for (const Format& format : kFormats) {
     const Match match = format.recognise(head, size);
-    if (match == Match::kWhole) return &format;
-    if (match == Match::kDamaged) damaged = &format;
+    if (match > surest.match) surest = {&format, match};
   }
-  return nullptr;
+  return surest;
 }
 
 }  // namespace
@@ -244,25 +248,15 @@ Result<const Format*> recognise(const ByteSource& bytes) {
   if (bytes.size() == 0) return invalid_file("the file is empty");
   Result<std::vector<std::byte>> head = read_start(bytes, kHeadSize);
   if (!head) return head.error();
-  const Format* damaged = nullptr;
-  if (const Format* format = find_format(*head, bytes.size(), damaged)) return format;
-  if (bytes.size() > kHeadSize && is_text(*head)) {
+  Found found = find_format(*head, bytes.size());
+  if (found.match != Match::kWhole && bytes.size() > kHeadSize && is_text(*head)) {
     head = read_start(bytes, kTextHeadSize);
     if (!head) return head.error();
-    if (const Format* format = find_format(*head, bytes.size(), damaged)) return format;
-}
-
-  const Format* surest = nullptr;
-  Match how_sure = Match::kNone;
-  for (const Format& format : kFormats) {
-    const Match match = format.recognise(*head, bytes.size());
-    if (match == Match::kWhole) return &format;
-    if (match <= how_sure) continue;
-    surest = &format;
-    how_sure = match;
+    found = find_format(*head, bytes.size());
   }
-  if (surest == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
-  return surest;
+  if (found.match == Match::kWhole) return found.format;
+  if (found.format == nullptr || name_foreign(*head)) return not_recognised(*head, bytes.size());
+  return found.format;
 }
 
 Result<std::unique_ptr<BrdfSource>> open_source(std::shared_ptr<const ByteSource> bytes, const Options& options) {

@@ -67,9 +67,10 @@ std::optional<GridNode> moved(const Grid& grid, const GridNode& node, const Step
 }
 
 /// Half the distance to the nodes on both sides, in radians; 1 for an axis of one node.
-double width_of(const GridAxis& axis, std::uint32_t index, double range_deg) {
+double width_of(const GridAxis& axis, std::uint32_t index, double range_of_turn_deg) {
   const std::uint32_t last = axis.size() - 1;
   if (last == 0) return 1;
+  const double range_deg = axis.ends() == Ends::kMirrored ? 180 : range_of_turn_deg;
   const auto& nodes = axis.nodes_deg();
   double below = index > 0 ? nodes[index - 1] : nodes[0];
   double above = index < last ? nodes[index + 1] : nodes[last];
@@ -78,8 +79,7 @@ double width_of(const GridAxis& axis, std::uint32_t index, double range_deg) {
     if (index == 0) below = nodes[last] - turn;
     if (index == last) above = nodes[0] + turn;
   } else {
-    if (index == 0) below = -nodes[0];  // a cell reaches to the ends of the range
-    if (index == last) above = 2 * range_deg - nodes[last];
+    // A cell reaches to the ends of the range.
     if (index == 0) return radians_from_degrees(0.5 * (nodes[0] + nodes[1]));
     if (index == last) return radians_from_degrees(range_deg - 0.5 * (nodes[last] + nodes[last - 1]));
   }

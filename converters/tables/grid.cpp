@@ -195,7 +195,7 @@ Result<GridAxis> axis_of_step(GridFrame frame, std::size_t axis, double step) {
   const Ends ends = Grid::natural_ends(frame, axis);
   const std::string name(Grid::axis_name(frame, axis));
   const double count = std::round(range / step);
-  if (step < 0 || count > static_cast<double>(GridAxis::kMost - 1) || std::abs(count * step - range) > 1e-6 * step) {
+  if (step < 0 || count < 1 || count > static_cast<double>(GridAxis::kMost - 1) || std::abs(count * step - range) > 1e-6 * step) {
     return usage_error(fmt::format("a step of {:g} does not divide the {:g} degrees of {}", step, range, name));
   }
   const bool closes = ends == Ends::kFullTurn || ends == Ends::kHalfTurn;

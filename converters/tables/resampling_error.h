@@ -21,7 +21,7 @@ using EvaluatePairs = std::function<void(std::span<const DirectionPair> pairs, s
 /// Compares at up to 20,000 directions: nodes of the source's own table that were measured and lie above the horizon,
 /// picked at random, or those of a HighlightDraw as far as slices of it go. Denominators of relative errors are at
 /// least a hundredth of the mean |f| over these. The same for each call, whatever the number of threads. `evaluate`
-/// gives as many channels as the source has, or one that stands for all.
+/// gives as many channels as the source has.
 [[nodiscard]] ResamplingError resampling_error(const BrdfSource& source, const EvaluatePairs& evaluate);
 
 }  // namespace sbrdf::internal

@@ -185,8 +185,12 @@ class Sampler {
   bool keep(const DirectionPair& pair, bool measured, std::span<double> colour, TableLosses& losses) const {
     const bool above = above_horizon(pair);
     if (!above) ++losses.below_horizon;
-    // What a table holds below the horizon is copied, whatever it is.
-    if (!above && losses_.copied) return true;
+    // What a table holds below the horizon is copied, by the same rule but uncounted.
+    if (!above && losses_.copied) {
+      TableLosses uncounted;
+      rule_.apply(colour, uncounted);
+      return true;
+    }
     if (!above || !measured) {
       if (above) ++losses.unmeasured;
       std::fill(colour.begin(), colour.end(), kNaN);

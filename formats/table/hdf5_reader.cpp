@@ -158,14 +158,6 @@ std::vector<std::string> read_channels(hid_t dataset, unsigned dimension, std::u
   return names;
 }
 
-std::vector<std::string> default_channels(std::uint64_t count) {
-  if (count == 3) return {"R", "G", "B"};
-  if (count == 1) return {"Y"};
-  std::vector<std::string> names;
-  for (std::uint64_t k = 0; k < count; ++k) names.push_back("channel " + std::to_string(k));
-  return names;
-}
-
 Status read_shape(hid_t dataset, std::size_t& rank, Hdf5Extent& shape) {
   const Hdf5Handle space(H5Dget_space(dataset), H5Sclose);
   const int dimensions = H5Sget_simple_extent_ndims(space.id());
@@ -241,7 +233,6 @@ Status read_head(hid_t file, hid_t dataset, const Hdf5Extent& shape, std::size_t
     return unsupported("the numbers of the dataset are no IEEE floats of 16, 32 or 64 bits");
   head.value_size = H5Tget_size(type.id());
   head.channels = rank == kHdf5Rank ? read_channels(dataset, kHdf5Rank - 1, shape.back()) : std::vector<std::string>();
-  if (head.channels.empty()) head.channels = default_channels(shape.back());
   head.description = read_text(file, "description").value_or("");
   head.report = read_text(file, "report").value_or("");
   if (read_text(file, "sbrdf").value_or("") != "dense table") return ok_status();

@@ -130,7 +130,11 @@ class LineReader {
     const std::optional<TextLine> line = lines_.next();
     if (!line || !line->text.starts_with('#')) return invalid_file("the first line is not \"# {...}\"", 0);
     Result<TableHead> head = parse_table_head(line->text.substr(1));
-    if (!head) return wrong(*line, head.error().message);
+    if (!head) {
+      Error error = wrong(*line, head.error().message);
+      error.code = head.error().code;
+      return error;
+    }
     const std::optional<TextLine> names = next();
     if (!names) return invalid_file("truncated: no line of names", size_);
     const std::string expected = line_of_names(head->channels);

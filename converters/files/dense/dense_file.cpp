@@ -58,11 +58,11 @@ DenseWriting::DenseWriting(const BrdfSource& source, const Options& options, Val
       request_(request_of(source, options)),
       type_(type_for(source, request_.grid, options)),
       fitting_(source, request_.grid, report) {
-  if (size_of(type_) > size_of(most) && !options.has("type")) {
-    type_ = most;
+  if (size_of(type_) > size_of(most) && !options.has("type")) type_ = most;
+  if (is_table_of(source_, request_.grid) && size_of(type_) < size_of(source_.table()->type)) {
     report_.remarks.push_back(
-        {"rounded_to_bits", 8.0 * static_cast<double>(size_of(most)),
-         fmt::format("numbers of the source were rounded to {}", name_of(kValueTypeNames, most))});
+        {"rounded_to_bits", 8.0 * static_cast<double>(size_of(type_)),
+         fmt::format("numbers of the source were rounded to {}", name_of(kValueTypeNames, type_))});
   }
   if (type_ == ValueType::kFloat16) request_.largest = kHalfLargest;
   remark_cost();
@@ -97,11 +97,11 @@ void DenseWriting::remark_cost() {
   const bool clamps = request_.policy.negatives == Negatives::kClamp;
   const bool exact = is_table_of(source_, request_.grid) && size_of(type_) >= size_of(source_.table()->type);
   if ((type_ != ValueType::kFloat16 || exact) && !clamps) {
-    remark_interpolation(report_, source_, request_.grid);
+    remark_interpolation(report_, *fitting_, request_.grid);
     return;
   }
   const double largest = request_.largest;
-  remark_interpolation(report_, source_, request_.grid, [type = type_, clamps, largest](std::span<double> colour) {
+  remark_interpolation(report_, *fitting_, request_.grid, [type = type_, clamps, largest](std::span<double> colour) {
     for (double& value : colour) value = std::clamp(value, clamps ? 0 : -largest, largest);
     round_numbers(type, colour);
   });

@@ -145,13 +145,15 @@ Result<std::unique_ptr<BrdfSource>> open_exr(std::shared_ptr<const ByteSource> b
   if (Status allowed = check_memory(needed, options.memory.of(bytes->stored_size())); !allowed) return allowed.error();
   const auto pixels = std::make_shared<std::vector<std::byte>>(numbers * size_of(type));
   if (Status read = (*reader)->read(head->channels, half, *pixels); !read) return read.error();
+  // An image without a head is none that is written here, and a copy would lose where its nodes are.
+  std::shared_ptr<const ByteSource> told = header.text.empty() ? nullptr : std::move(bytes);
   DenseTable table;
   table.values = std::make_shared<StridedValues>(pixels, pixels->data(),
                                                  interleaved_layout(head->grid, head->channels.size(), type));
   table.grid = std::move(head->grid);
   table.channel_count = head->channels.size();
   table.type = type;
-  return open_dense(std::move(table), "exr", *std::move(head), std::move(bytes), options, std::move(findings));
+  return open_dense(std::move(table), "exr", *std::move(head), std::move(told), options, std::move(findings));
 }
 
 Status save_exr(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,

@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -65,23 +66,25 @@ Result<Grid> own_grid(const Hdf5Head& head) {
   if (!frame) return unsupported(fmt::format("\"{}\" is no frame that is known here", head.frame));
   Grid grid;
   grid.frame = *frame;
+  std::uint64_t count = 1;
   for (std::size_t k = 0; k < grid.axes.size(); ++k) {
     Result<GridAxis> axis = axis_of(head.axes[k], *frame, k);
     if (!axis) return axis.error();
     grid.axes[k] = *std::move(axis);
+    count *= grid.axes[k].size();  // 2^36 x 2^16 at most
+    if (count > kGridMostNodes) return unsupported("more than 2^36 nodes");
   }
   return grid;
 }
 
+bool usable_names(const std::vector<std::string>& names) {
+  const std::set<std::string> different(names.begin(), names.end());
+  return !names.empty() && different.size() == names.size() && !different.contains("");
+}
+
 Result<Grid> grid_of(const Hdf5TableReader& file, const Options& options) {
-  const std::optional<std::string> given = options.text("grid");
-  if (!file.head().frame.empty()) {
-    Result<Grid> own = own_grid(file.head());
-    if (own && given && !(parse_grid(*given).value() == *own)) {
-      return usage_error("--grid: the file says where its nodes are, and not there");
-    }
-    return own;
-  }
+  // Where the file tells, --grid is about what is written.
+  if (!file.head().frame.empty()) return own_grid(file.head());
   Result<Grid> parsed = grid_of_option(options, "the file does not tell where its nodes are");
   if (!parsed) return parsed;
   const Grid& grid = *parsed;
@@ -121,7 +124,21 @@ class FirstError {
   std::optional<Error> error_;
 };
 
-// Boxes of all channels, whatever the chunks are.
+/// Numbers of a box at most, whatever chunks a file has.
+constexpr std::uint64_t kMostBoxNumbers = std::uint64_t{1} << 20U;
+
+// Of all channels, as chunks are in the angles, but no larger than there is room for.
+TiledValues::Box tile_of(const Hdf5TableReader& file) {
+  TiledValues::Box box = box_of(file.chunk());
+  const auto numbers = [&] { return std::uint64_t{box[0]} * box[1] * box[2] * box[3] * file.shape().back(); };
+  while (numbers() > kMostBoxNumbers) {
+    std::uint32_t& longest = *std::max_element(box.begin(), box.end());
+    if (longest == 1) break;
+    longest = (longest + 1) / 2;
+  }
+  return box;
+}
+
 DenseTable table_of(std::shared_ptr<const Hdf5TableReader> file, Grid grid, std::shared_ptr<FirstError> failure) {
   const std::uint64_t channels = file->shape().back();
   const auto read = [file, channels, failure](const GridNode& first, const TiledValues::Box& count,
@@ -134,8 +151,7 @@ DenseTable table_of(std::shared_ptr<const Hdf5TableReader> file, Grid grid, std:
   const ValueType type = file->head().value_size == 8   ? ValueType::kFloat64
                          : file->head().value_size == 4 ? ValueType::kFloat32
                                                         : ValueType::kFloat16;
-  auto values =
-      std::make_shared<TiledValues>(box_of(file->shape()), channels, box_of(file->chunk()), kCacheBytes, read);
+  auto values = std::make_shared<TiledValues>(box_of(file->shape()), channels, tile_of(*file), kCacheBytes, read);
   return {std::move(grid), channels, std::move(values), type};
 }
 
@@ -150,9 +166,10 @@ Result<std::unique_ptr<BrdfSource>> open_hdf5(std::shared_ptr<const ByteSource> 
   if (!grid) return grid.error();
   const Hdf5Head& stored = shared->head();
   TableHead head;
-  head.channels = stored.channels;
+  head.channels = usable_names(stored.channels) ? stored.channels : default_channels(shared->shape().back());
   head.reach = {stored.theta_max_deg, stored.slice_theta_max_deg, stored.beyond};
-  if (stored.frame.empty()) file = nullptr;  // no table of this layout, so no copy of it either
+  // A copy is of use where the file has this layout, and its table is the one that is found without asking.
+  if (stored.frame.empty() || options.has("hdf5-dataset")) file = nullptr;
   const auto failure = std::make_shared<FirstError>();
   Result<std::unique_ptr<BrdfSource>> source =
       open_dense(table_of(shared, *std::move(grid), failure), "hdf5", std::move(head), std::move(file), options);

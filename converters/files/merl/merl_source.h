@@ -50,11 +50,11 @@ struct MerlConvention {
   std::size_t value_size = sizeof(double);  ///< 8, or 4 where the numbers are 32-bit floats
 };
 
-/// A MERL table that can be evaluated (specs/merl.md). Isotropic and reciprocal by construction: the table knows
-/// neither phi_h nor the order of the two directions.
+/// A MERL table that can be evaluated (specs/merl.md). Isotropic, as the table does not know phi_h; reciprocal unless it
+/// covers a full turn of phi_d, as half a turn does not know the order of the two directions.
 ///
-/// Values are interpolated linearly between cell centres, along theta_h in its square root. phi_d closes after pi; the
-/// first and last cells of theta_h and theta_d hold up to the ends of their axes. A cell whose three channels are all
+/// Values are interpolated linearly between the places of the cells, along theta_h in its square root, unless the
+/// nearest cell is asked for. phi_d closes after half a turn, or a full one; the first and last cells of theta_h and theta_d hold up to the ends of their axes. A cell whose three channels are all
 /// negative is a mark (unmeasured or below the horizon): it is left out and the remaining weights are scaled up, and
 /// where only marks are near the value is 0, but for pairs at the horizon, which take that shortly above it. A cell
 /// with one or two negative channels is used as it is, with 0 in their place, or as a mark, as `policy` says; cells

@@ -325,7 +325,7 @@ Status save_rgl(const BrdfSource& source, ByteSink& sink, const Options& options
   if (!best) return best.error();
   remark_shape(report, best->material);
   remark_losses(report, source, best->losses, policy_of(options, NonFinite::kRefuse).negatives);
-  remark_resampling(report, source, best->error);
+  remark_resampling(report, given, best->error);
   return sink.write(0, best->bytes);
 }
 

@@ -147,7 +147,8 @@ Status save_utia(const BrdfSource& source, ByteSink& sink, const Options& option
   const bool own_is_dense = has_nodes_of(source, utia_grid(kUtiaDense));
   const UtiaShape shape = (wanted ? wanted == "dense" : own_is_dense) ? kUtiaDense : kUtiaStandard;
   const std::shared_ptr<const ByteSource> stored = source.stored("utia");
-  if (stored != nullptr && utia_conventions(options).plain() && stored->size() == utia_file_size(shape)) {
+  const bool holes_stay = !options.has("utia-unmeasured") || !source.mask_grid();
+  if (stored != nullptr && holes_stay && utia_conventions(options).plain() && stored->size() == utia_file_size(shape)) {
     report.remarks.push_back({"copied", 1, "copied bit for bit"});
     return copy_bytes(*stored, sink, progress);
   }

@@ -94,9 +94,16 @@ TEST(Hdf5, RefusesHeadsThatMeanNothing) {
   EXPECT_THAT(refusal([](Hdf5Head& h) { h.theta_max_deg = 91; }), HasSubstr("theta_max"));
 }
 
-TEST(Hdf5, RefusesAGridThatTheFileContradicts) {
+TEST(Hdf5, GridIsAboutWhatIsWrittenWhereTheFileTellsItsOwn) {
   const Options other = Options().set("grid", "30:90:30:90");
-  EXPECT_THAT(open_hdf5(source_of(file_of(small_head())), other).error().message, HasSubstr("--grid: the file says"));
+  const auto source = open_hdf5(source_of(file_of(small_head())), other).value();
+  EXPECT_EQ(source->table()->grid.axes[0].nodes_deg(), (std::vector<double>{0, 45, 90}));
+}
+
+TEST(Hdf5, CopiesOnlyTheTableThatIsFoundWithoutAsking) {
+  EXPECT_NE(open_hdf5(source_of(file_of(small_head())), {}).value()->stored("hdf5"), nullptr);
+  const Options named = Options().set("hdf5-dataset", "f_r");
+  EXPECT_EQ(open_hdf5(source_of(file_of(small_head())), named).value()->stored("hdf5"), nullptr);
 }
 
 TEST(Hdf5, RefusesEveryTruncatedFile) {

@@ -122,6 +122,7 @@ TEST(ParseGrid, TakesStepsListsAndNames) {
 TEST(ParseGrid, SaysWhatIsWrong) {
   EXPECT_THAT(parse_grid("7:10:5:10").error().message,
               HasSubstr("a step of 7 does not divide the 90 degrees of theta_i"));
+  EXPECT_THAT(parse_grid("1e9:10:5:10").error().message, HasSubstr("a step of 1e+09 does not divide"));
   EXPECT_THAT(parse_grid("5:10:5").error().message, HasSubstr("four axes"));
   EXPECT_THAT(parse_grid("x/5:10:5:10").error().message, HasSubstr("'x' is none of angles, difference"));
   EXPECT_THAT(parse_grid("0,95:10:5:10").error().message, HasSubstr("theta_i must rise"));
