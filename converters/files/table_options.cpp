@@ -87,6 +87,13 @@ void remark_losses(Report& report, const BrdfSource& source, const TableRequest&
   }
 }
 
+namespace {
+
+/// Relative L1 above which a table is hardly the same material.
+constexpr double kDoubtfulPercent = 20;
+
+}  // namespace
+
 void remark_resampling(Report& report, const BrdfSource& source, const ResamplingError& error) {
   if (error.directions == 0) return;
   const auto& channels = source.traits().channels;
@@ -99,6 +106,12 @@ void remark_resampling(Report& report, const BrdfSource& source, const Resamplin
   report.remarks.push_back(
       {"resampling_max_abs", error.max_abs,
        fmt::format("largest difference {:.4g} 1/sr, {}", error.max_abs, place_text(error.max_abs_at, channels))});
+  if (error.rel_l1_percent > kDoubtfulPercent) {
+    report.remarks.push_back(
+        {"resampling_warning", error.rel_l1_percent,
+         "warning: this is far from the source; other nodes may hold it better, or it has values at "
+         "the horizon that no table holds"});
+  }
 }
 
 void remark_interpolation(Report& report, const BrdfSource& source, const Grid& grid,

@@ -218,8 +218,8 @@ class Remarker {
     }
     if (static_cast<double>(found.too_noisy) > kMuchNoise * static_cast<double>(found.nodes)) {
       add("noise", false,
-          fmt::format("{} of {} nodes lie where so many stand out that single ones cannot be told", found.too_noisy,
-                      found.nodes));
+          fmt::format("{} of {} nodes lie where so many stand out that single ones cannot be told",
+                      std::min(found.too_noisy, found.nodes), found.nodes));
     }
   }
 

@@ -18,7 +18,13 @@ herr_t take_first(unsigned /*depth*/, const H5E_error2_t* error, void* text) {
 
 }  // namespace
 
-Hdf5Lock::Hdf5Lock() : lock_(library()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+// At the end of the program the library would close what could not be closed before, such as a file on a full disk, and
+// fall over it.
+Hdf5Lock::Hdf5Lock() : lock_(library()) {
+  static const herr_t never_at_exit = H5dont_atexit();
+  static_cast<void>(never_at_exit);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 std::string hdf5_message(const std::string& what) {
   std::string reason;

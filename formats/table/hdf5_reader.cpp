@@ -27,7 +27,7 @@ constexpr std::uint64_t kInPlaceFrom = std::uint64_t{1} << 26U;
 constexpr std::size_t kLongestText = std::size_t{1} << 20U;
 /// Numbers of a box that is read at once, where a file is not chunked.
 constexpr std::uint64_t kBoxNumbers = 16384;
-constexpr std::uint64_t kMostChunkNumbers = std::uint64_t{1} << 26U;
+constexpr std::uint64_t kMostChunkNumbers = std::uint64_t{1} << 24U;
 
 Error refused(const std::string& what) { return invalid_file(hdf5_message(what)); }
 
@@ -176,6 +176,17 @@ Status read_shape(hid_t dataset, std::size_t& rank, Hdf5Extent& shape) {
   return ok_status();
 }
 
+// What lies in other files is none of this one: a table could name any file of the machine.
+Status check_place(hid_t dataset) {
+  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+  if (H5Pget_external_count(properties.id()) > 0 || H5Pget_layout(properties.id()) == H5D_VIRTUAL) {
+    return unsupported("the numbers of the dataset lie in other files");
+  }
+  return ok_status();
+}
+
+herr_t refuse_external(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) { return -1; }
+
 // What is not stored reads as zeros: a file of a hundred bytes could claim to hold any number of them.
 Status check_storage(hid_t dataset, const Hdf5Extent& shape) {
   constexpr double kMostCompression = 1100;  // deflate makes a byte of 1032 at most
@@ -214,7 +225,7 @@ Result<Hdf5Extent> read_chunk(hid_t dataset, std::size_t rank, const Hdf5Extent&
   for (std::size_t k = 0; k < kHdf5Rank; ++k) {
     chunk[k] = std::clamp<std::uint64_t>(sizes[k], 1, shape[k]);
     numbers *= std::max<std::uint64_t>(1, std::min<std::uint64_t>(sizes[k], kMostChunkNumbers + 1));
-    if (numbers > kMostChunkNumbers) return unsupported("chunks of more than 2^26 numbers");
+    if (numbers > kMostChunkNumbers) return unsupported("chunks of more than 2^24 numbers");
   }
   return chunk;
 }
@@ -286,8 +297,10 @@ Result<std::unique_ptr<Hdf5TableReader>> Hdf5TableReader::open(std::shared_ptr<c
   // The boxes that are read are chunks, which somebody else keeps.
   const Hdf5Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
   H5Pset_chunk_cache(access.id(), 1, 0, 0);
+  H5Pset_elink_cb(access.id(), refuse_external, nullptr);
   state->dataset = {H5Dopen2(state->file.id(), name->c_str(), access.id()), H5Dclose};
   if (!state->dataset.ok()) return refused("no dataset \"" + *name + "\"");
+  if (Status own = check_place(state->dataset.id()); !own) return own.error();
   if (Status shaped = read_shape(state->dataset.id(), state->rank, state->shape); !shaped) return shaped.error();
   if (Status written = check_storage(state->dataset.id(), state->shape); !written) return written.error();
   const Result<Hdf5Extent> chunk = read_chunk(state->dataset.id(), state->rank, state->shape);

@@ -170,7 +170,8 @@ TEST(RglWriter, ClosesTheTurnOfAnAnisotropicMaterial) {
   const FunctionSource source([](const DirectionPair& pair, std::size_t) {
     return rough(pair, 0.5, 0.25, 0.2) * (1.5 + std::cos(pair.i.phi));
   });
-  const TensorFile tensors = *parse_tensor_file(write(source, small_anisotropic())->bytes);
+  const auto written = write(source, small_anisotropic());
+  const TensorFile tensors = *parse_tensor_file(written->bytes);
   const std::vector<float> rgb = elements_of<float>(tensors, "rgb");
   const std::size_t slice = rgb.size() / 9;
   EXPECT_TRUE(std::equal(rgb.begin(), rgb.begin() + std::ptrdiff_t(slice), rgb.end() - std::ptrdiff_t(slice)));

@@ -146,7 +146,8 @@ TEST(UtiaRecognise, LeavesOtherFormatsOfItsSizeAlone) {
                                              1, 0, 0, 0,      1};  // float32 that follow could be right
   std::memcpy(file.data(), ngan.data(), sizeof ngan);
   EXPECT_FALSE(recognises_utia(file, file.size()));
-  const std::string npy("\x93NUMPY\1\0v\0{'descr': '<f8', 'fortran_order': False, 'shape': (6, 48), }", 72);
+  using namespace std::string_literals;
+  const std::string npy = "\x93NUMPY\1\0v\0{'descr': '<f8', 'fortran_order': False, 'shape': (6, 48), }"s;
   file = small_files::utia();
   std::memcpy(file.data(), npy.data(), npy.size());
   EXPECT_FALSE(recognises_utia(file, file.size()));
