@@ -45,7 +45,10 @@ class OutputSink final : public ByteSink {
     if (!written) failed_ = true;
     return written;
   }
-  [[nodiscard]] std::string path() const override { return file_.path(); }
+  [[nodiscard]] std::string path() const override {
+    opened_ = true;
+    return file_.path();
+  }
   [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override {
     Result<ByteSink*> made = file_.sibling(suffix);
     if (made) {
@@ -55,7 +58,8 @@ class OutputSink final : public ByteSink {
     }
     return made;
   }
-  [[nodiscard]] bool failed() const { return failed_; }
+  /// Whether an error is that of the file that is written: one of its own, or of a library that writes to it.
+  [[nodiscard]] bool failed(const Error& error) const { return failed_ || (opened_ && error.code == ErrorCode::kIo); }
 
   /// To be asked before the files get their names: from then on somebody else may replace them.
   [[nodiscard]] std::vector<WrittenFile> written(const ConversionOrder& order) const {
@@ -77,6 +81,7 @@ class OutputSink final : public ByteSink {
   AtomicFile& file_;
   std::vector<std::pair<std::string, ByteSink*>> siblings_;
   std::atomic<bool> failed_ = false;
+  mutable std::atomic<bool> opened_ = false;  ///< somebody was told where the file lies
 };
 
 // What was asked for, for the metadata: names of files without their folders, which say more about a machine than about
@@ -109,7 +114,7 @@ std::optional<Failure> save(const ConversionOrder& order, Conversion& done, cons
   if (!file) return Failure{order.out, file.error()};
   OutputSink sink(**file);
   if (Status saved = save_source(*order.format, *done.in.source, sink, writing, done.report, progress); !saved) {
-    return Failure{sink.failed() ? order.out : order.in, saved.error()};
+    return Failure{sink.failed(saved.error()) ? order.out : order.in, saved.error()};
   }
   done.written = sink.written(order);
   if (Status written = (*file)->commit(); !written) return Failure{order.out, written.error()};

@@ -200,7 +200,8 @@ TEST(RglWriter, EverySliceCanBeDrawnFrom) {
   // Black but for a narrow lobe.
   const FunctionSource source([](const DirectionPair& pair, std::size_t) { return rough(pair, 0.02, 0.02, 0); },
                               {true, true, {"R", "G", "B"}});
-  const TensorFile tensors = *parse_tensor_file(write(source, small())->bytes);
+  const auto written = write(source, small());
+  const TensorFile tensors = *parse_tensor_file(written->bytes);
   for (const auto& [name, cells] : {std::pair{"vndf", 24 * 24}, std::pair{"luminance", 12 * 12}}) {
     const std::vector<float> values = elements_of<float>(tensors, name);
     ASSERT_EQ(values.size(), std::size_t(6 * cells));
