@@ -282,6 +282,13 @@ Result<const Format*> find_writer(std::string_view extension) {
   return usage_error("no format is written with the extension '" + std::string(extension) + "'; use one of " + known);
 }
 
+const Format* find_format_with(std::string_view option) {
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+    return find_option(format.options, option, OptionUse::kBoth) != nullptr;
+  });
+  return found == kFormats.end() ? nullptr : &*found;
+}
+
 Status check_save(const Format& format, const Options& options) {
   const std::string whose = files_of(format) + " that are written";
   if (Status known = check_options(options, format.options, OptionUse::kWrite, whose); !known) return known;

@@ -244,8 +244,6 @@ Status read_head(hid_t file, hid_t dataset, const Hdf5Extent& shape, std::size_t
     return unsupported("the numbers of the dataset are no IEEE floats of 16, 32 or 64 bits");
   head.value_size = H5Tget_size(type.id());
   head.channels = rank == kHdf5Rank ? read_channels(dataset, kHdf5Rank - 1, shape.back()) : std::vector<std::string>();
-  head.description = read_text(file, "description").value_or("");
-  head.report = read_text(file, "report").value_or("");
   if (read_text(file, "sbrdf").value_or("") != "dense table") return ok_status();
   if (read_text(file, "version").value_or("") != "1") return unsupported("a dense table of another version than 1");
   head.frame = read_text(file, "frame").value_or("");

@@ -34,11 +34,10 @@ struct Hdf5Head {
   std::array<Hdf5Axis, 4> axes;
   std::vector<std::string> channels;
   std::size_t value_size = 4;       ///< 2, 4 or 8 bytes of a number
-  std::string description;          ///< one line
+  std::string description;          ///< one line; only written
   double theta_max_deg = 90;        ///< how far the values are good for anything
   std::string beyond;               ///< what they are beyond
   double slice_theta_max_deg = 90;  ///< how far slices of it should go unless somebody says otherwise
-  std::string report;               ///< JSON, of the conversion that made the file; may be empty
 };
 
 /// Name of the dataset in files that are written here.

@@ -1,10 +1,10 @@
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <random>
 
 #include "converters/files/merl/merl_source.h"
 #include "formats/merl/merl.h"
+#include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"
 
@@ -12,21 +12,6 @@
 
 namespace sbrdf::internal::fuzzing {
 namespace {
-
-void evaluate_everywhere(const BrdfSource& source) {
-  constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
-  constexpr std::array kPhi = {0.0, -1.0, kPi, 7.0};
-  for (const double theta_i : kTheta) {
-    for (const double theta_v : kTheta) {
-      for (const double phi : kPhi) {
-        const DirectionPair pair = {{theta_i, 0.5}, {theta_v, phi}};
-        std::array<float, kMerlChannelCount> values{};
-        source.evaluate(std::span(&pair, 1), values);
-        for (const float v : values) require(std::isfinite(v), "a MERL source evaluates to finite values");
-      }
-    }
-  }
-}
 
 void run(const Bytes& bytes) {
   const Result<MerlTable> table = parse_merl(bytes);

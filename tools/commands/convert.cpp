@@ -85,14 +85,6 @@ FolderOrder folder_order(const ConvertOptions& options, const Format* format) {
           .report = options.report};
 }
 
-/// The format that has an option, for the help.
-const Format* owner_of(std::string_view name) {
-  for (const Format& format : formats()) {
-    if (find_option(format.options, name, OptionUse::kBoth) != nullptr) return &format;
-  }
-  return nullptr;
-}
-
 void add_option(CLI::App& command, const OptionSpec& option, const std::string& group, Options& given) {
   const std::string flag = fmt::format("--{}", option.name);
   const auto take = [&option, &given](const std::string& text) {
@@ -118,7 +110,7 @@ void add_option(CLI::App& command, const OptionSpec& option, const std::string& 
 void add_format_options(CLI::App& command, Options& given) {
   for (const Format& format : formats()) {
     for (const OptionSpec& option : format.options) {
-      if (owner_of(option.name) != &format) continue;
+      if (find_format_with(option.name) != &format) continue;
       const bool read_only = option.use == OptionUse::kRead;
       add_option(command, option, fmt::format("For {} files{}", format.extension, read_only ? " as IN" : ""), given);
     }

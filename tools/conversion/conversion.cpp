@@ -18,14 +18,6 @@
 namespace sbrdf::internal {
 namespace {
 
-/// The first format that has an option: the one whose group in the help it stands in.
-const Format* owner_of(std::string_view name) {
-  for (const Format& format : formats()) {
-    if (find_option(format.options, name, OptionUse::kBoth) != nullptr) return &format;
-  }
-  return nullptr;
-}
-
 bool reads_with(const Format& format, std::string_view name) {
   return format.capabilities.has(Capability::kRead) && find_option(format.options, name, OptionUse::kRead) != nullptr;
 }
@@ -144,7 +136,7 @@ Status check_effects(const Options& given, const Format& written, std::optional<
   for (const auto& [name, text] : given.all()) {
     if (find_option(written.options, name, OptionUse::kWrite) != nullptr) continue;
     if (may_be_read_with(read, name)) continue;
-    const Format* owner = owner_of(name);
+    const Format* owner = find_format_with(name);
     return usage_error(fmt::format("--{} is an option of {} files, not of {} files that are written", name,
                                    owner == nullptr ? "no" : owner->extension, written.extension));
   }
@@ -167,7 +159,7 @@ std::string options_text(const Options& given) {
   for (const Format& format : formats()) {
     for (const OptionSpec& option : format.options) {
       const std::optional<std::string> value = given.text(option.name);
-      if (!value || owner_of(option.name) != &format) continue;
+      if (!value || find_format_with(option.name) != &format) continue;
       words += fmt::format("{}--{}", words.empty() ? "" : " ", option.name);
       if (option.kind != OptionKind::kFlag) words += " " + *value;
     }

@@ -1,6 +1,5 @@
 #include "tools/conversion/conversion_report.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "converters/files/format_table.h"
@@ -12,10 +11,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 bool is_flag(const std::string& name) {
-  return std::any_of(formats().begin(), formats().end(), [&](const Format& format) {
-    const OptionSpec* option = find_option(format.options, name, OptionUse::kBoth);
-    return option != nullptr && option->kind == OptionKind::kFlag;
-  });
+  const Format* format = find_format_with(name);
+  return format != nullptr && find_option(format->options, name, OptionUse::kBoth)->kind == OptionKind::kFlag;
 }
 
 Json options_json(const Options& given) {

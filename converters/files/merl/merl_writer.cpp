@@ -306,10 +306,8 @@ namespace {
 
 // Of the numbers in a file of the source's own.
 std::size_t stored_value_size(const BrdfSource& source) {
-  const auto stored = source.stored("merl");
-  const auto start = stored ? read_start(*stored, kMerlHeaderSize) : Result<std::vector<std::byte>>(invalid_file(""));
-  const auto head = start ? parse_merl_head(*start, stored->size()) : Result<MerlHead>(invalid_file(""));
-  return head ? head->value_size : sizeof(double);
+  const bool narrow = source.stored("merl") != nullptr && source.table()->type == ValueType::kFloat32;
+  return narrow ? sizeof(float) : sizeof(double);
 }
 
 MerlWriting writing_of(const BrdfSource& source, const Options& options) {

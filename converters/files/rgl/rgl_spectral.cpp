@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "converters/files/rgb_of_xyz.h"
 #include "formats/core/numbers.h"
 
 namespace sbrdf::internal {
@@ -46,9 +47,6 @@ constexpr std::array<Observer, 41> kObserver = {
      {75.0870, 0.000690, 0.000249, 0.000000}, {63.5927, 0.000332, 0.000120, 0.000000},
      {46.4182, 0.000166, 0.000060, 0.000000}, {66.8054, 0.000083, 0.000030, 0.000000},
      {63.3828, 0.000042, 0.000015, 0.000000}}};
-/// XYZ to linear sRGB, IEC 61966-2-1.
-constexpr std::array<std::array<double, 3>, 3> kRgbOfXyz = {
-    {{3.2406, -1.5372, -0.4986}, {-0.9689, 1.8758, 0.0415}, {0.0557, -0.2040, 1.0570}}};
 
 /// Calls `add(index, weight)` for the wavelengths between which `at` lies.
 template <class Add>

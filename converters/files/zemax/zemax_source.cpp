@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/rgb_of_xyz.h"
 #include "converters/files/value_options.h"
 #include "converters/files/zemax/zemax_integral.h"
 #include "converters/tables/dense_source.h"
@@ -57,10 +58,6 @@ constexpr std::array kOptions = {
                .meaning = "SampleRotation is phi_i, the azimuth of the light on the sample (light), or how far the "
                           "sample was turned counter-clockwise under a fixed light, -phi_i (sample)"},
 };
-
-/// IEC 61966-2-1: linear sRGB of X, Y, Z under D65.
-constexpr std::array<std::array<double, 3>, 3> kRgbOfXyz = {
-    {{3.2406, -1.5372, -0.4986}, {-0.9689, 1.8758, 0.0415}, {0.0557, -0.2040, 1.0570}}};
 
 /// `auto`: the least value of a file that has no blacks, over the median of all that are not 0.
 constexpr double kDarkest = 1e-3;

@@ -18,6 +18,7 @@
 #include "formats/merl/merl.h"
 #include "tests/support/function_source.h"
 #include "tests/support/small_files.h"
+#include "tests/support/source_values.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -95,24 +96,6 @@ Result<Saved> save(const BrdfSource& source, const Options& options = {}) {
   if (Status done = save_source(**find_writer(".bin"), source, sink, options, saved.report); !done) return done.error();
   saved.bytes = std::move(sink).take();
   return saved;
-}
-
-std::vector<float> value(const BrdfSource& source, double theta_i, double phi_i, double theta_v, double phi_v) {
-  const DirectionPair pair = {direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, phi_v)};
-  std::vector<float> values(source.channel_count());
-  source.evaluate(std::span(&pair, 1), values);
-  return values;
-}
-
-bool is_measured(const BrdfSource& source, double theta_i, double phi_i, double theta_v, double phi_v) {
-  const DirectionPair pair = {direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, phi_v)};
-  std::uint8_t flag = 2;
-  source.measured(std::span(&pair, 1), std::span(&flag, 1));
-  return flag == 1;
-}
-
-bool has_remark(const Report& report, const std::string& key) {
-  return std::any_of(report.remarks.begin(), report.remarks.end(), [&](const Remark& r) { return r.key == key; });
 }
 
 TEST(UtiaShape, HasThePublishedSizes) {

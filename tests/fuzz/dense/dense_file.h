@@ -9,6 +9,7 @@
 
 #include "converters/files/format_table.h"
 #include "converters/tables/dense_source.h"
+#include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/require.h"
 
 namespace sbrdf::internal::fuzzing {
@@ -43,21 +44,6 @@ class PairSink final : public ByteSink {
   MemorySink file_;
   MemorySink beside_;
 };
-
-inline void evaluate_everywhere(const BrdfSource& source) {
-  constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
-  constexpr std::array kPhi = {0.0, -1.0, kPi, 7.0};
-  std::vector<float> values(source.channel_count());
-  for (const double theta_i : kTheta) {
-    for (const double theta_v : kTheta) {
-      for (const double phi : kPhi) {
-        const DirectionPair pair = {{theta_i, 0.5}, {theta_v, phi}};
-        source.evaluate(std::span(&pair, 1), values);
-        for (const float v : values) require(std::isfinite(v), "a dense table evaluates to finite values");
-      }
-    }
-  }
-}
 
 inline std::vector<double> numbers_of(const DenseTable& table) {
   std::vector<GridNode> nodes(table.grid.node_count());

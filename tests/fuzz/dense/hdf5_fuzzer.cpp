@@ -1,11 +1,11 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <array>
-#include <cmath>
 #include <string>
 
 #include "converters/files/hdf5/hdf5_file.h"
 #include "formats/table/hdf5_table.h"
+#include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/require.h"
 
 // What an HDF5 file says about its table, not how the library packs it: heads of any content are written, and whatever
@@ -36,17 +36,6 @@ Hdf5Head head_from(FuzzedDataProvider& input) {
   head.value_size = input.PickValueInArray<std::size_t>({2, 4, 8});
   head.theta_max_deg = input.ConsumeBool() ? 90 : input.ConsumeFloatingPoint<double>();
   return head;
-}
-
-void evaluate_everywhere(const BrdfSource& source) {
-  std::vector<float> values(source.channel_count());
-  for (const double theta : {0.0, 0.4, 1.55, 1.6}) {
-    for (const double phi : {0.0, -2.0, 4.0}) {
-      const DirectionPair pair = {{theta, 0.5}, {0.7, phi}};
-      source.evaluate(std::span(&pair, 1), values);
-      for (const float v : values) require(std::isfinite(v), "a dense table evaluates to finite values");
-    }
-  }
 }
 
 void run(const std::uint8_t* bytes, std::size_t size) {

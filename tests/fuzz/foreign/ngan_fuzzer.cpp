@@ -1,11 +1,11 @@
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <random>
 #include <vector>
 
 #include "converters/files/ngan/ngan.h"
 #include "formats/ngan/ngan.h"
+#include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/number_mutator.h"
 #include "tests/fuzz/require.h"
 
@@ -14,24 +14,6 @@
 
 namespace sbrdf::internal::fuzzing {
 namespace {
-
-void evaluate_everywhere(const BrdfSource& source) {
-  constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
-  constexpr std::array kPhi = {0.0, -1.0, kPi, 7.0};
-  std::vector<float> values(source.channel_count());
-  for (const double theta_i : kTheta) {
-    for (const double theta_v : kTheta) {
-      for (const double phi : kPhi) {
-        const DirectionPair pair = {{theta_i, 0.5}, {theta_v, phi}};
-        source.evaluate(std::span(&pair, 1), values);
-        for (const float v : values) require(std::isfinite(v), "an anisotropic table evaluates to finite values");
-        std::uint8_t flag = 2;
-        source.measured(std::span(&pair, 1), std::span(&flag, 1));
-        require(flag <= 1, "a pair was measured or not");
-      }
-    }
-  }
-}
 
 void run(const Bytes& bytes) {
   const Result<NganHeader> header = parse_ngan_header(bytes, bytes.size());

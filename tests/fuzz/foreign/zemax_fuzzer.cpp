@@ -1,5 +1,4 @@
 #include <array>
-#include <cmath>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -7,6 +6,7 @@
 #include "converters/files/zemax/zemax_source.h"
 #include "formats/core/directions.h"
 #include "formats/zemax/zemax.h"
+#include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/require.h"
 
 // The reader of Zemax text: a table has as many numbers as its lists ask for, and what opens evaluates to finite
@@ -14,21 +14,6 @@
 
 namespace sbrdf::internal::fuzzing {
 namespace {
-
-void evaluate_everywhere(const BrdfSource& source) {
-  constexpr std::array kTheta = {0.0, 1e-9, 0.3, 1.2, kPi / 2, 1.6};
-  constexpr std::array kPhi = {0.0, -1.0, kPi, 7.0};
-  std::vector<float> values(source.channel_count());
-  for (const double theta_i : kTheta) {
-    for (const double theta_v : kTheta) {
-      for (const double phi : kPhi) {
-        const DirectionPair pair = {{theta_i, 0.5}, {theta_v, phi}};
-        source.evaluate(std::span(&pair, 1), values);
-        for (const float v : values) require(std::isfinite(v), "a Zemax source evaluates to finite values");
-      }
-    }
-  }
-}
 
 void check_table(const ZemaxTable& table) {
   for (const auto* angles : {&table.rotations, &table.incidences, &table.azimuths, &table.radials}) {
