@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/core/result.h"
-#include "formats/table/text_lines.h"
+#include "formats/core/text_lines.h"
 
 namespace sbrdf::internal {
 

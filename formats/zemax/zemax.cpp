@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "formats/core/numbers.h"
+#include "formats/core/text_lines.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -18,7 +19,6 @@ constexpr std::array<std::string_view, 8> kKeywords = {"Source",         "Symmet
                                                        "ScatterType",    "SampleRotation", "AngleOfIncidence",
                                                        "ScatterAzimuth", "ScatterRadial"};
 constexpr std::string_view kBlank = " \t\r\f\v";
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr double kTurnTolerance = 1e-6;
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -42,50 +42,35 @@ std::string_view next_word(std::string_view& rest) {
   return word;
 }
 
-/// At most so much of a word that a message stays one short line of plain letters.
-std::string shown(std::string_view word) {
-  std::string text(word.substr(0, 30));
-  for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
-  return word.size() > 30 ? text + "..." : text;
-}
-
 /// Lines that are neither empty nor comments.
 class Lines {
  public:
-  explicit Lines(std::string_view text)
-      : text_(text), at_(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0) {}
+  explicit Lines(std::string_view text) : size_(text.size()), lines_(text) {}
 
   /// The next line; false at the end of the text.
   bool next() {
-    while (at_ < text_.size()) {
-      start_ = at_;
-      const std::size_t end = std::min(text_.find('\n', at_), text_.size());
-      line_ = text_.substr(at_, end - at_);
-      at_ = std::min(end + 1, text_.size());
-      ++number_;
-      const std::size_t first = line_.find_first_not_of(kBlank);
-      if (first != std::string_view::npos && line_[first] != '#') return true;
+    while (const std::optional<TextLine> line = lines_.next()) {
+      line_ = *line;
+      const std::size_t first = line_.text.find_first_not_of(kBlank);
+      if (first != std::string_view::npos && line_.text[first] != '#') return true;
     }
-    start_ = text_.size();
-    line_ = {};
+    line_ = {{}, line_.number, size_};
     ended_ = true;
     return false;
   }
 
-  [[nodiscard]] std::string_view line() const { return line_; }
-  [[nodiscard]] std::size_t remaining() const { return text_.size() - start_; }
+  [[nodiscard]] std::string_view line() const { return line_.text; }
+  [[nodiscard]] std::uint64_t remaining() const { return size_ - line_.offset; }
   /// Of the current line, or of the end of the text.
   [[nodiscard]] Error error(const std::string& message) const {
-    if (ended_) return invalid_file("the file ends early: " + message, start_);
-    return invalid_file(fmt::format("line {}: {}", number_, message), start_);
+    if (ended_) return invalid_file("the file ends early: " + message, line_.offset);
+    return invalid_file(fmt::format("line {}: {}", line_.number, message), line_.offset);
   }
 
  private:
-  std::string_view text_;
-  std::string_view line_;
-  std::size_t at_;
-  std::size_t start_ = 0;  ///< of the line
-  std::size_t number_ = 0;
+  std::uint64_t size_;
+  LineWalker lines_;
+  TextLine line_;
   bool ended_ = false;
 };
 
@@ -113,7 +98,7 @@ class Parser {
       const std::string_view word = next_word(rest);
       if (same(word, "Monochrome") || same(word, "TristimulusX")) return ok_status();
       const std::optional<std::size_t> keyword = keyword_of(word);
-      if (!keyword) return lines_.error("'" + shown(word) + "' is no keyword of the header");
+      if (!keyword) return lines_.error("'" + field_text(word) + "' is no keyword of the header");
       const std::string name(kKeywords.at(*keyword));
       if (seen_.test(*keyword)) return lines_.error(name + " stands there twice");
       seen_.set(*keyword);
@@ -143,7 +128,7 @@ class Parser {
       return ok_status();
     }
     return lines_.error(
-        fmt::format("{} is '{}', which is none of {}", name, shown(word), fmt::join(names_of(names), ", ")));
+        fmt::format("{} is '{}', which is none of {}", name, field_text(word), fmt::join(names_of(names), ", ")));
   }
 
   // A count, and as many angles on the lines behind it.
@@ -153,7 +138,7 @@ class Parser {
     const std::optional<std::uint64_t> count = parse_count(word);
     if (!count || *count == 0 || *count > kZemaxMostAngles) {
       return lines_.error(
-          fmt::format("{} is followed by '{}', not by a count of 1 to {}", name, shown(word), kZemaxMostAngles));
+          fmt::format("{} is followed by '{}', not by a count of 1 to {}", name, field_text(word), kZemaxMostAngles));
     }
     if (*count > lines_.remaining()) {
       return lines_.error(fmt::format("{} angles of {}, but only {} bytes are left", *count, name, lines_.remaining()));
@@ -239,7 +224,7 @@ class Parser {
   Status expect_word(std::string_view name) {
     std::string_view rest = lines_.line();
     const std::string_view word = next_word(rest);
-    if (!same(word, name)) return lines_.error(fmt::format("'{}' where {} is to stand", shown(word), name));
+    if (!same(word, name)) return lines_.error(fmt::format("'{}' where {} is to stand", field_text(word), name));
     if (!next_word(rest).empty()) return lines_.error(fmt::format("nothing may follow {}", name));
     return ok_status();
   }
@@ -254,7 +239,7 @@ class Parser {
     std::string_view rest = lines_.line();
     const std::string_view word = next_word(rest);
     if (!same(word, "TIS")) {
-      return lines_.error(fmt::format("'{}' where TIS of {} is to stand", shown(word), block_text(block)));
+      return lines_.error(fmt::format("'{}' where TIS of {} is to stand", field_text(word), block_text(block)));
     }
     const Result<double> tis = number(next_word(rest));
     if (!tis) return tis.error();
@@ -288,19 +273,10 @@ class Parser {
 
   [[nodiscard]] Result<double> number(std::string_view word) const {
     if (word.empty()) return lines_.error("a number is missing");
-    if (const std::optional<double> value = parse_number(word)) {
-      if (std::abs(*value) <= kZemaxLargest) return *value;
-      return lines_.error(fmt::format("'{}' is beyond {:g}", shown(word), kZemaxLargest));
-    }
-    // What is too small for a double is 0 for every purpose.
-    if (is_underflow(word)) return 0.0;
-    return lines_.error("'" + shown(word) + "' is no finite number");
-  }
-
-  [[nodiscard]] static bool is_underflow(std::string_view word) {
-    if (!is_out_of_range<double>(word)) return false;
-    const std::size_t exponent = word.find_first_of("eE");
-    return exponent != std::string_view::npos && word.substr(exponent + 1).starts_with('-');
+    const FieldNumber value = read_field(word);
+    if (value.kind != FieldNumber::Kind::kFinite) return lines_.error("'" + field_text(word) + "' is no finite number");
+    if (std::abs(value.value) <= kZemaxLargest) return value.value;
+    return lines_.error(fmt::format("'{}' is beyond {:g}", field_text(word), kZemaxLargest));
   }
 
   Lines lines_;

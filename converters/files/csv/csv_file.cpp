@@ -16,7 +16,7 @@
 #include "converters/files/dense/dense_file.h"
 #include "formats/core/directions.h"
 #include "formats/core/half.h"
-#include "formats/table/text_lines.h"
+#include "formats/core/text_lines.h"
 
 namespace sbrdf::internal {
 namespace {

@@ -11,7 +11,7 @@
 
 namespace sbrdf::internal {
 
-// Tables of numbers written as text: lines, and fields of a line. Nothing is copied.
+// Measurements written as text: lines, and fields of a line. Nothing is copied.
 
 /// One line of a text, without its end.
 struct TextLine {

@@ -1,4 +1,4 @@
-#include "formats/table/text_lines.h"
+#include "formats/core/text_lines.h"
 
 #include <algorithm>
 #include <charconv>
