@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "converters/source/findings_json.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -11,6 +14,21 @@ namespace {
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 22U;
 
 }  // namespace
+
+nlohmann::ordered_json remarks_json(std::span<const Remark> remarks) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const Remark& remark : remarks) {
+    json.push_back({{"key", remark.key}, {"value", remark.value}, {"text", remark.text}});
+  }
+  return json;
+}
+
+std::string report_json(const Report& report) {
+  nlohmann::ordered_json json;
+  json["findings"] = findings_json(report.findings);
+  json["remarks"] = remarks_json(report.remarks);
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
 
 std::string percent_text(double value) { return std::isinf(value) ? "infinite" : fmt::format("{:.3g} %", value); }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -66,6 +67,11 @@ struct Report {
   std::vector<Finding> findings;  ///< what the reader of the source saw in its file
   std::uint64_t bytes = 0;        ///< of the file that was written
 };
+
+/// [{"key", "value", "text"}, ...].
+[[nodiscard]] nlohmann::ordered_json remarks_json(std::span<const Remark> remarks);
+/// For metadata of tables, on one line: {"findings": [...], "remarks": [...]}.
+[[nodiscard]] std::string report_json(const Report& report);
 
 /// "3.2 %", or "infinite".
 [[nodiscard]] std::string percent_text(double value);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "converters/source/reciprocity.h"
@@ -121,19 +120,6 @@ void remark_interpolation(Report& report, const BrdfSource& source, const Grid& 
   remark_resampling(report, source, resampling_error(source, [&](auto pairs, auto values) {
                       interpolate_table(table, pairs, values);
                     }));
-}
-
-std::string report_json(const Report& report) {
-  nlohmann::ordered_json json;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& finding : report.findings) {
-    json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
-  }
-  json["remarks"] = nlohmann::ordered_json::array();
-  for (const Remark& remark : report.remarks) {
-    json["remarks"].push_back({{"key", remark.key}, {"value", remark.value}, {"text", remark.text}});
-  }
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 }  // namespace sbrdf::internal

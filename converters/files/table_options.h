@@ -76,7 +76,4 @@ void remark_resampling(Report& report, const BrdfSource& source, const Resamplin
 void remark_interpolation(Report& report, const BrdfSource& source, const Grid& grid,
                           const std::function<void(std::span<double>)>& change = {});
 
-/// A report as JSON, for metadata: {"findings": [...], "remarks": [...]}.
-[[nodiscard]] std::string report_json(const Report& report);
-
 }  // namespace sbrdf::internal

@@ -11,6 +11,7 @@
 
 #include "converters/files/by_name.h"
 #include "converters/judge/plausibility.h"
+#include "converters/source/findings_json.h"
 #include "formats/os/interrupt.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
@@ -148,10 +149,7 @@ Json report_json(const std::string& file, const CheckReport& report, const Sourc
   for (const GrazingGrowth& growth : report.grazing) {
     json["grazing"].push_back({{"from_deg", growth.from_deg}, {"to_deg", growth.to_deg}, {"power", growth.power}});
   }
-  json["findings"] = Json::array();
-  for (const Finding& finding : traits.findings) {
-    json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
-  }
+  json["findings"] = findings_json(traits.findings);
   json["seconds"] = seconds;
   return json;
 }

@@ -16,6 +16,7 @@
 #include "converters/judge/compare.h"
 #include "converters/slicing/metadata_json.h"
 #include "converters/slicing/names.h"
+#include "converters/source/findings_json.h"
 #include "formats/os/files.h"
 #include "formats/sbrdf/container.h"
 #include "tools/commands/commands.h"
@@ -71,14 +72,16 @@ void add_sliced(const SlicedReader& reader, const std::string& metadata, Json& j
 }
 
 Json describe(const SourceTraits& traits, std::optional<std::uint64_t> bytes) {
-  Json json = {{"format", traits.format},       {"description", traits.description},
-               {"isotropic", traits.isotropic}, {"reciprocal", traits.reciprocal},
-               {"channels", traits.channels},   {"bytes", nullptr},
-               {"findings", Json::array()},     {"theta_max_deg", traits.theta_max_deg}};
+  Json json = {{"format", traits.format},
+               {"description", traits.description},
+               {"isotropic", traits.isotropic},
+               {"reciprocal", traits.reciprocal},
+               {"channels", traits.channels},
+               {"bytes", nullptr},
+               {"findings", Json()},
+               {"theta_max_deg", traits.theta_max_deg}};
   if (bytes) json["bytes"] = *bytes;
-  for (const Finding& finding : traits.findings) {
-    json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
-  }
+  json["findings"] = findings_json(traits.findings);
   if (!traits.shape.empty()) json["shape"] = traits.shape;
   return json;
 }

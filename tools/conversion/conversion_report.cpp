@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "converters/files/format_table.h"
+#include "converters/source/findings_json.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf::internal {
@@ -26,10 +27,7 @@ Json in_json(const ConversionOrder& order, const Conversion& done) {
   Json json = {{"path", order.in}, {"format", traits.format}, {"description", traits.description}};
   json["bytes"] = done.in.bytes ? Json(*done.in.bytes) : Json();
   json["sha256"] = done.sha256.empty() ? Json() : Json(done.sha256);
-  json["findings"] = Json::array();
-  for (const Finding& finding : done.report.findings) {
-    json["findings"].push_back({{"what", finding.what}, {"count", finding.count}, {"total", finding.total}});
-  }
+  json["findings"] = findings_json(done.report.findings);
   return json;
 }
 
@@ -48,10 +46,7 @@ Json report_of(const ConversionOrder& order, const Conversion& done) {
   json["in"] = in_json(order, done);
   json["out"] = out_json(order, done);
   json["options"] = options_json(order.given);
-  json["remarks"] = Json::array();
-  for (const Remark& remark : done.report.remarks) {
-    json["remarks"].push_back({{"key", remark.key}, {"value", remark.value}, {"text", remark.text}});
-  }
+  json["remarks"] = remarks_json(done.report.remarks);
   json["seconds"] = done.seconds;
   return json;
 }
