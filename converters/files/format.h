@@ -117,6 +117,12 @@ struct Format {
   Status (*save)(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) = nullptr;
 
+  /// A second file that belongs to each has its name followed by this, such as ".json"; empty: there is none.
+  /// `is_beside` tells by the beginning of a file whether it is such a one, so that no other is replaced.
+  std::string_view beside = {};
+  bool (*is_beside)(std::string_view text) = nullptr;
+
+
   /// Options that contradict each other; may be absent.
   Status (*check)(const Options& options) = nullptr;
 

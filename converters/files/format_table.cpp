@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "converters/files/csv/csv_file.h"
+#include "converters/files/dense/table_head.h"
 #include "converters/files/exr/exr_file.h"
 #include "converters/files/foreign.h"
 #include "converters/files/hdf5/hdf5_file.h"
@@ -177,7 +178,9 @@ const std::array kFormats = {
            .options = npy_options(),
            .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_npy(head)); },
            .open = open_npy,
-           .save = save_npy},
+           .save = save_npy,
+           .beside = kNpyHeadSuffix,
+           .is_beside = is_table_head},
     Format{.name = "exr",
            .extension = ".exr",
            .description = "dense table as an OpenEXR image, rows of light and columns of view",

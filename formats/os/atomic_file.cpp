@@ -24,19 +24,6 @@ constexpr int kMostNames = 1000;
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-/// Where a write to `path` goes. The last link of a chain may point to a file that is not there yet, which
-/// std::filesystem::canonical refuses.
-Result<fs::path> follow_links(fs::path path) {
-  for (int k = 0; k < kMostLinks; ++k) {
-    std::error_code none;
-    const fs::path target = fs::read_symlink(path, none);
-    if (none) return path;
-    path = target.is_absolute() ? target : folder_of(path) / target;
-  }
-  errno = ELOOP;
-  return system_error("cannot be written");
-}
-
 Status check_target(const fs::path& target) {
   struct stat status {};
   if (::stat(target.c_str(), &status) != 0) {
@@ -86,8 +73,33 @@ bool link_to(const Descriptor& file, const char* path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path target, Descriptor file, std::string name, AfterSignal after_signal)
-    : target_(std::move(target)), file_(std::move(file)), name_(std::move(name)), after_signal_(after_signal) {
+// The last link of a chain may point to a file that is not there yet, which std::filesystem::canonical refuses.
+Result<fs::path> write_target(const fs::path& path) {
+  fs::path at = path;
+  for (int k = 0; k < kMostLinks; ++k) {
+    std::error_code none;
+    const fs::path target = fs::read_symlink(at, none);
+    if (none) return at;
+    at = target.is_absolute() ? target : folder_of(at) / target;
+  }
+  errno = ELOOP;
+  return system_error("cannot be written");
+}
+
+fs::path sibling_path(const fs::path& path, std::string_view suffix) {
+  fs::path beside = path.string() + std::string(suffix);
+  std::error_code none;
+  if (fs::exists(fs::symlink_status(beside, none))) return beside;
+  const Result<fs::path> target = write_target(path);
+  return target ? fs::path(target->string() + std::string(suffix)) : beside;
+}
+
+AtomicFile::AtomicFile(fs::path asked, fs::path target, Descriptor file, std::string name, AfterSignal after_signal)
+    : asked_(std::move(asked)),
+      target_(std::move(target)),
+      file_(std::move(file)),
+      name_(std::move(name)),
+      after_signal_(after_signal) {
   // Short names live inside the string, which has moved.
   if (!name_.empty()) remove_on_abort(name_.c_str());
 }
@@ -100,7 +112,7 @@ AtomicFile::~AtomicFile() {
 
 Result<std::unique_ptr<AtomicFile>> AtomicFile::create(const fs::path& path, WhileWritten kind,
                                                        AfterSignal after_signal) {
-  Result<fs::path> target = follow_links(path);
+  Result<fs::path> target = write_target(path);
   if (!target) return target.error();
   if (Status free = check_target(*target); !free) return free.error();
   const fs::path folder = folder_of(*target);
@@ -115,9 +127,9 @@ Result<std::unique_ptr<AtomicFile>> AtomicFile::create(const fs::path& path, Whi
     });
     if (!made) return system_error("no file can be made in the folder " + folder.string());
     return std::unique_ptr<AtomicFile>(
-        new AtomicFile(*std::move(target), Descriptor(number), std::move(name), after_signal));
+        new AtomicFile(path, *std::move(target), Descriptor(number), std::move(name), after_signal));
   }
-  return std::unique_ptr<AtomicFile>(new AtomicFile(*std::move(target), std::move(file), {}, after_signal));
+  return std::unique_ptr<AtomicFile>(new AtomicFile(path, *std::move(target), std::move(file), {}, after_signal));
 }
 
 Status AtomicFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
@@ -137,7 +149,7 @@ std::string AtomicFile::path() const { return name_.empty() ? path_of(file_) : n
 
 Result<ByteSink*> AtomicFile::sibling(std::string_view suffix) {
   Result<std::unique_ptr<AtomicFile>> file =
-      create(target_.string() + std::string(suffix), WhileWritten::kNameless, after_signal_);
+      create(sibling_path(asked_, suffix), WhileWritten::kNameless, after_signal_);
   if (!file) return file.error();
   siblings_.push_back(*std::move(file));
   return siblings_.back().get();

@@ -27,6 +27,14 @@ enum class AfterSignal : std::uint8_t {
   kComplete,  ///< small files that say how far the work came: nothing is lost with them, so the disk is not waited for
 };
 
+/// Where a write to `path` goes: through symbolic links, also to a file that is still to be made. kIo where links go
+/// round in circles.
+[[nodiscard]] Result<std::filesystem::path> write_target(const std::filesystem::path& path);
+
+/// The file that belongs to the one at `path` and has its name followed by `suffix`, read or written: beside the name
+/// that was given if there is one already, else beside the file that a symbolic link leads to.
+[[nodiscard]] std::filesystem::path sibling_path(const std::filesystem::path& path, std::string_view suffix);
+
 /// A file that is there whole or not at all: bytes go to a new file in the folder of `path`, and commit() puts that in
 /// the place of `path`. Without commit() nothing changes and nothing is left behind.
 ///
@@ -52,7 +60,7 @@ class AtomicFile final : public ByteSink {
 
   /// Also of a file without a name: one by which this process can open it.
   [[nodiscard]] std::string path() const override;
-  /// Gets its own name in commit() of this one, just before.
+  /// At sibling_path() of the path that was given. Gets its name in commit() of this one, just before.
   [[nodiscard]] Result<ByteSink*> sibling(std::string_view suffix) override;
 
   /// Waits for the disk (unless kComplete) and gives the file its name, with the permissions of the file that it
@@ -61,11 +69,13 @@ class AtomicFile final : public ByteSink {
   [[nodiscard]] Status commit();
 
  private:
-  AtomicFile(std::filesystem::path target, Descriptor file, std::string name, AfterSignal after_signal);
+  AtomicFile(std::filesystem::path asked, std::filesystem::path target, Descriptor file, std::string name,
+             AfterSignal after_signal);
   [[nodiscard]] bool publish();
   [[nodiscard]] bool stopped() const;
 
-  std::filesystem::path target_;
+  std::filesystem::path asked_;   ///< the path that was given
+  std::filesystem::path target_;  ///< where it leads
   Descriptor file_;
   std::string name_;  ///< of the temporary file, removed with this; empty where it has none
   std::vector<std::unique_ptr<AtomicFile>> siblings_;

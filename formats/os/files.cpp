@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kPiece = std::size_t{1} << 20;  // bytes between two looks at the interrupt
 
 Result<std::shared_ptr<const ByteSource>> open_sibling(const std::string& path, std::string_view suffix) {
-  const std::string name = path + std::string(suffix);
+  const std::filesystem::path name = sibling_path(path, suffix);
   if (!is_ordinary_file(name)) return std::shared_ptr<const ByteSource>();
   return open_file(name);
 }

@@ -19,6 +19,7 @@
 #include "tools/conversion/conversion.h"
 #include "tools/conversion/conversion_report.h"
 #include "tools/conversion/report_file.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -49,7 +50,8 @@ std::optional<Failure> convert_one(const ConvertOptions& options, ConversionOrde
   order = {.in = options.in, .out = options.out, .format = *writer, .given = options.given};
   const bool reports = !options.report.empty();
   if (reports) {
-    Status free = check_report(options.report, std::span(&options.in, 1));
+    Status free =
+        check_report(options.report, paths_read(std::span(&options.in, 1)), paths_written(options.out, **writer));
     if (free) free = check_destination(options.report);
     if (!free) return Failure{options.report, free.error()};
   }

@@ -57,7 +57,7 @@ class OutputSink final : public ByteSink {
   [[nodiscard]] std::vector<WrittenFile> written(const ConversionOrder& order) const {
     std::vector<WrittenFile> files = {look_at(order.out, file_, order.hash_written)};
     for (const auto& [suffix, sink] : siblings_) {
-      files.push_back(look_at(order.out + suffix, *sink, order.hash_written));
+      files.push_back(look_at(sibling_path(order.out, suffix).string(), *sink, order.hash_written));
     }
     return files;
   }

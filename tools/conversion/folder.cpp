@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kSidecarSuffix = ".json";
 constexpr std::uint64_t kMostShards = 1'000'000;
 
 // What lies beside measurements in archives and repositories.

@@ -20,6 +20,9 @@ struct Shard {
 /// Of "I/N", where N is a million at most. kUsage without the option's name.
 [[nodiscard]] Result<Shard> parse_shard(std::string_view text);
 
+/// What the name of a sidecar ends with, behind the whole name of the file that it belongs to.
+inline constexpr std::string_view kSidecarSuffix = ".json";
+
 struct FolderFile {
   std::string name;     ///< relative to the folder: "a.binary", "cloth/a.binary"
   std::string out;      ///< relative to the folder of the outputs

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "tools/conversion/conversion_report.h"
 #include "tools/conversion/journal.h"
 #include "tools/conversion/report_file.h"
+#include "tools/io/outputs.h"
 #include "tools/io/sha256.h"
 
 namespace sbrdf::internal {
@@ -31,8 +33,9 @@ bool is_same(const fs::path& a, const fs::path& b) {
 bool lies_in(const fs::path& inner, const fs::path& outer) {
   std::error_code failed;
   const fs::path whole = fs::weakly_canonical(inner, failed);
+  const fs::path wanted = fs::weakly_canonical(outer, failed);  // it need not be there
   for (fs::path at = whole; at != at.parent_path(); at = at.parent_path()) {
-    if (is_same(at, outer)) return true;
+    if (at == wanted || is_same(at, outer)) return true;
   }
   return false;
 }
@@ -87,8 +90,8 @@ class FolderRun {
     }
     if (Status apart = check_folders(order_); !apart) return Failure{order_.out_folder, apart.error()};
     const bool reports = !order_.report.empty();
-    // The list leaves it out, so it is no input.
-    if (Status free = reports ? check_report(order_.report, {}) : ok_status(); !free) {
+    // The list leaves it out, so it is not one of the files that are converted.
+    if (Status free = reports ? check_report(order_.report, {}, {}) : ok_status(); !free) {
       return Failure{order_.report, free.error()};
     }
     const FolderRules rules = {std::string(order_.format->extension),
@@ -96,6 +99,9 @@ class FolderRun {
                                {order_.out_folder, reports ? order_.report : order_.out_folder}};
     Result<FolderContent> content = list_folder(order_.folder, rules);
     if (!content) return Failure{order_.folder, content.error()};
+    if (Status free = reports ? check_report_of(content->files) : ok_status(); !free) {
+      return Failure{order_.report, free.error()};
+    }
     if (Status ready = journal_.start(); !ready) return Failure{order_.out_folder, ready.error()};
     // Only now: it may lie in the folder of the outputs.
     if (Status free = reports ? check_destination(order_.report) : ok_status(); !free) {
@@ -111,11 +117,35 @@ class FolderRun {
     return std::nullopt;
   }
 
+  /// Also against what belongs to the files, and what will be written.
+  [[nodiscard]] Status check_report_of(const std::vector<FolderFile>& files) const {
+    std::vector<std::string> read;
+    std::vector<std::string> written;
+    for (const FolderFile& file : files) {
+      const std::string in = in_path(file.name);
+      for (const std::string& path : paths_read(std::span(&in, 1))) read.push_back(path);
+      for (const std::string& path : paths_written(out_path(file.out), *order_.format)) written.push_back(path);
+    }
+    if (lies_in(order_.report, journal_.folder())) {
+      return usage_error("lies in the folder that tells what is done; choose another one");
+    }
+    return check_report(order_.report, read, written);
+  }
+
   /// Without the hash of the content.
   [[nodiscard]] Work work_on(const FolderFile& file, const Options& effective) const {
-    return {fs::path(file.name).filename().string(), "",
-            file.sidecar.empty() ? std::string() : sha256_of(in_path(file.sidecar)), options_text(effective),
+    return {fs::path(file.name).filename().string(), "", sidecar_sha256(file), options_text(effective),
             std::string(order_.format->name)};
+  }
+
+  /// Of a link it may lie in another folder, beside the file that it leads to.
+  [[nodiscard]] std::string sidecar_sha256(const FolderFile& file) const {
+    if (!file.sidecar.empty()) return sha256_of(in_path(file.sidecar));
+    const fs::path in = in_path(file.name);
+    std::error_code none;
+    if (!fs::is_symlink(fs::symlink_status(in, none))) return "";
+    const fs::path beside = sibling_path(in, kSidecarSuffix);
+    return is_ordinary_file(beside) ? sha256_of(beside.string()) : std::string();
   }
 
   [[nodiscard]] std::optional<Json> finished(const FolderFile& file) const {

@@ -75,9 +75,9 @@ Status make_folders(const fs::path& path) {
 
 }  // namespace
 
-std::string Journal::entry_of(const std::string& out) const {
-  return (fs::path(folder_) / kFolder / (out + ".json")).string();
-}
+std::string Journal::folder() const { return (fs::path(folder_) / kFolder).string(); }
+
+std::string Journal::entry_of(const std::string& out) const { return (fs::path(folder()) / (out + ".json")).string(); }
 
 Status Journal::start() const {
   if (Status made = make_folders(fs::path(folder_)); !made) return made;

@@ -29,6 +29,9 @@ class Journal {
   /// Of the outputs in `folder`, which need not be there before start().
   explicit Journal(std::string folder) : folder_(std::move(folder)) {}
 
+  /// Where the entries lie.
+  [[nodiscard]] std::string folder() const;
+
   /// Makes the folders that are missing. kIo where they take no files.
   [[nodiscard]] Status start() const;
   /// The same for the subfolder of an output, such as "cloth/a.sbrdf".

@@ -1,25 +1,22 @@
 #include "tools/conversion/report_file.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <system_error>
 #include <vector>
 
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "formats/os/files.h"
 #include "tools/console/output.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf::internal {
 namespace {
 
-bool is_input(const std::string& path, const std::string& input) {
-  const std::optional<std::string> file = file_of(input);
-  std::error_code failed;
-  return file && std::filesystem::equivalent(path, *file, failed) && !failed;
+bool is_among(const std::string& path, const std::vector<std::string>& others) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const std::string& other) { return is_same_place(path, other); });
 }
 
 // An earlier report begins like a damaged file of parameters, so only a row that is sure counts.
@@ -34,10 +31,14 @@ bool is_brdf(const std::string& path) {
 
 }  // namespace
 
-Status check_report(const std::string& path, std::span<const std::string> inputs) {
+Status check_report(const std::string& path, const std::vector<std::string>& read,
+                    const std::vector<std::string>& written) {
   if (lower_extension(path) != ".json") return usage_error("the name of a report must end with .json");
-  if (std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) { return is_input(path, input); })) {
-    return usage_error("is an input, which a report would replace; choose another name");
+  if (is_among(path, read)) return usage_error("is an input, which a report would replace; choose another name");
+  if (is_among(path, written)) {
+    return usage_error(
+        "is a file that is written, or belongs to one, which the report would replace; choose another "
+        "name");
   }
   if (!is_brdf(path)) return ok_status();
   return usage_error("there is a BRDF of that name, which a report would replace; choose another name or remove it");

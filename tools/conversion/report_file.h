@@ -1,16 +1,18 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <span>
 #include <string>
+#include <vector>
 
 #include "formats/core/result.h"
 
 namespace sbrdf::internal {
 
 /// Whether a report may be written to `path`, asked before long work; whether it can be, check_destination tells.
-/// kUsage where it does not end with .json, or would replace one of `inputs` or what is recognised as a BRDF.
-[[nodiscard]] Status check_report(const std::string& path, std::span<const std::string> inputs);
+/// kUsage where it does not end with .json, is by whatever name one of the files that are `read` or will be `written`
+/// (paths_read, paths_written), or would replace what is recognised as a BRDF.
+[[nodiscard]] Status check_report(const std::string& path, const std::vector<std::string>& read,
+                                  const std::vector<std::string>& written);
 
 /// The whole file or none, also after a signal: it tells what was done until then. kIo.
 [[nodiscard]] Status write_report_file(const std::string& path, const nlohmann::ordered_json& report);

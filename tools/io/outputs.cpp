@@ -4,8 +4,11 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
+#include <system_error>
 
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
@@ -36,20 +39,93 @@ const Format* format_of_name(const std::string& path) {
   return found == formats().end() ? nullptr : &*found;
 }
 
+/// Of a file that is not there.
+std::filesystem::path place_of(const std::string& path) {
+  const Result<std::filesystem::path> target = write_target(path);
+  std::error_code failed;
+  std::filesystem::path place =
+      std::filesystem::weakly_canonical(target ? *target : std::filesystem::path(path), failed);
+  return failed ? std::filesystem::path(path) : place;
+}
+
+bool is_input(const std::string& path, std::span<const std::string> inputs) {
+  return std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
+    const std::optional<std::string> file = file_of(input);
+    return file && is_same_place(path, *file);
+  });
+}
+
+/// What lies where the file beside `out` goes is another one of its kind, or empty.
+Status check_beside(const std::string& out, const Format& written, std::span<const std::string> inputs) {
+  const std::string beside = sibling_path(out, written.beside).string();
+  if (Status free = check_destination(beside); !free) {
+    return io_error(fmt::format("{}, which belongs to it, {}", beside, free.error().message));
+  }
+  if (!exists(beside)) return ok_status();
+  const auto refuse = [&](std::string_view why) {
+    return usage_error(
+        fmt::format("{} {}, which what is written along with this file would replace; choose another "
+                    "name or remove it first",
+                    beside, why));
+  };
+  if (is_input(beside, inputs)) return refuse("is an input");
+  const Result<std::vector<std::byte>> bytes = read_file(beside);
+  if (!bytes) return bytes.error();
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  return text.empty() || written.is_beside(text) ? ok_status() : Status(refuse("is a file of another kind"));
+}
+
 }  // namespace
+
+bool is_same_place(const std::string& a, const std::string& b) {
+  struct stat status {};
+  if (::stat(a.c_str(), &status) == 0) return is_same_file(status, b);
+  // Of two that are not there, different names may still be one where they are links.
+  std::error_code none;
+  const auto is_link = [&](const std::string& path) {
+    return std::filesystem::is_symlink(std::filesystem::symlink_status(path, none));
+  };
+  if (std::filesystem::path(a).filename() != std::filesystem::path(b).filename() && !is_link(a) && !is_link(b)) {
+    return false;
+  }
+  return ::stat(b.c_str(), &status) != 0 && place_of(a) == place_of(b);
+}
+
+std::vector<std::string> paths_written(const std::string& out, const Format& written) {
+  std::vector<std::string> paths = {out};
+  if (!written.beside.empty()) paths.push_back(sibling_path(out, written.beside).string());
+  return paths;
+}
+
+std::vector<std::string> paths_read(std::span<const std::string> inputs) {
+  std::vector<std::string> paths;
+  for (const std::string& input : inputs) {
+    const std::optional<std::string> file = file_of(input);
+    if (!file) continue;
+    paths.push_back(*file);
+    const Format* format = format_of_content(*file);
+    if (format != nullptr && !format->beside.empty()) paths.push_back(sibling_path(*file, format->beside).string());
+  }
+  return paths;
+}
 
 Status check_output(const std::string& out, const Format* written, std::span<const std::string> inputs) {
   if (Status free = check_destination(out); !free) return free;
+  if (written != nullptr && !written->beside.empty()) {
+    if (Status free = check_beside(out, *written, inputs); !free) return free;
+  }
   struct stat status {};
   if (::stat(out.c_str(), &status) != 0) return ok_status();
-  const Format* found = format_of_content(out);
-  if (found != nullptr && found == written) return ok_status();
-  const bool is_input = std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
-    const std::optional<std::string> file = file_of(input);
-    return file && is_same_file(status, *file);
-  });
   const std::string what = written == nullptr ? "a table of figures" : "a " + std::string(written->description);
-  if (is_input) return usage_error(fmt::format("is an input, which {} would replace; choose another name", what));
+  const std::vector<std::string> read = paths_read(inputs);
+  const bool is_read =
+      std::any_of(read.begin(), read.end(), [&](const auto& path) { return is_same_file(status, path); });
+  const Format* found = format_of_content(out);
+  if (is_read && !is_input(out, inputs)) {
+    return usage_error(fmt::format("belongs to an input; {} would replace it; choose another name", what));
+  }
+  if (found != nullptr && found == written) return ok_status();
+  if (is_read) return usage_error(fmt::format("is an input, which {} would replace; choose another name", what));
   const Format* kept = found == nullptr && written == nullptr ? format_of_name(out) : found;
   if (kept == nullptr) return ok_status();
   return usage_error(

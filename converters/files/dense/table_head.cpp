@@ -158,6 +158,8 @@ bool begins_table_head(std::string_view text) {
   return dense.starts_with(R"({"sbrdf":"densetable")");
 }
 
+bool is_table_head(std::string_view text) { return begins_table_head(text) || parse_table_head(text).ok(); }
+
 Result<TableHead> parse_table_head(std::string_view text) {
   if (text.size() > kLongestTableHead) {
     return unsupported(

@@ -38,6 +38,9 @@ inline constexpr std::size_t kMostTableChannels = 4096;
 /// The text begins as one of emit_table_head() does; blanks do not matter. For telling files apart.
 [[nodiscard]] bool begins_table_head(std::string_view text);
 
+/// The whole text is a head that parse_table_head() takes, or begins as one of emit_table_head() does.
+[[nodiscard]] bool is_table_head(std::string_view text);
+
 /// What others wrote may have more entries, which are left out; a `report` is left out, too. kInvalidFile naming the
 /// entry that is missing or cannot be: no JSON, nodes that do not rise or leave the range of their axis, more than 2^36
 /// nodes in all, channels without names or with the same. kUnsupported for another version, quantity or unit, and for a

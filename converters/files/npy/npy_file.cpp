@@ -15,7 +15,6 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::string_view kHeadSuffix = ".json";
 constexpr std::size_t kAxes = 4;
 
 ValueType type_of(const NpyHeader& header) {
@@ -26,7 +25,7 @@ ValueType type_of(const NpyHeader& header) {
 
 /// What stands in the file beside the array; nothing where there is none.
 Result<std::optional<TableHead>> read_head(const ByteSource& bytes) {
-  const Result<std::shared_ptr<const ByteSource>> beside = bytes.sibling(kHeadSuffix);
+  const Result<std::shared_ptr<const ByteSource>> beside = bytes.sibling(kNpyHeadSuffix);
   if (!beside) return beside.error();
   if (*beside == nullptr) return std::optional<TableHead>();
   if ((*beside)->size() > kLongestTableHead) {
@@ -101,7 +100,7 @@ Result<TableHead> head_for(const ByteSource& bytes, const NpyHeader& header, con
 }
 
 Status write_head(const DenseWriting& writing, ByteSink& sink, Report& report) {
-  const Result<ByteSink*> beside = sink.sibling(kHeadSuffix);
+  const Result<ByteSink*> beside = sink.sibling(kNpyHeadSuffix);
   if (!beside) return beside.error();
   if (*beside == nullptr) {
     report.remarks.push_back(

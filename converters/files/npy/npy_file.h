@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <string_view>
 
 #include "converters/files/format.h"
 
@@ -9,6 +10,9 @@ namespace sbrdf::internal {
 
 // NPY files (specs/npy.md): an array [n0, n1, n2, n3, channels] of f_r [1/sr], and beside it a file of the same name
 // followed by ".json" that says where its nodes are (converters/files/dense/table_head.h).
+
+/// What the name of the second file ends with.
+inline constexpr std::string_view kNpyHeadSuffix = ".json";
 
 /// Options: grid, type, negatives, non-finite.
 [[nodiscard]] std::span<const OptionSpec> npy_options();
