@@ -93,6 +93,16 @@ std::optional<std::string> file_of(const std::string& text) {
   return text.substr(0, separator.value_or(text.size()));
 }
 
+std::optional<const Format*> format_of(const std::string& text, const MemoryLimit& limit) {
+  if (is_named(text)) return nullptr;
+  const std::optional<std::string> path = file_of(text);
+  if (!path || !is_ordinary_file(*path)) return std::nullopt;
+  const Result<Bytes> bytes = open_named_bytes(text, limit);
+  if (!bytes) return std::nullopt;
+  const Result<const Format*> format = recognise(**bytes);
+  return format ? std::optional(*format) : std::nullopt;
+}
+
 std::string lower_extension(const std::string& path) {
   std::string extension = extension_of(path);
   std::transform(extension.begin(), extension.end(), extension.begin(),

@@ -35,6 +35,11 @@ struct OpenedSource {
                                                                           std::string_view what,
                                                                           const MemoryLimit& limit = {});
 
+/// The format of what `text` names: nullptr for a model; nothing where that cannot be told without taking something
+/// away, as from a pipe, or where opening it will be an error.
+[[nodiscard]] std::optional<const Format*> format_of(const std::string& text, const MemoryLimit& limit = {});
+
+
 /// The path of the file that is read for `text`, which may name a material in it or its kind, too; nothing for a
 /// built-in model. It need not be there.
 [[nodiscard]] std::optional<std::string> file_of(const std::string& text);

@@ -285,6 +285,10 @@ Result<const Format*> find_writer(std::string_view extension) {
   return usage_error("no format is written with the extension '" + std::string(extension) + "'; use one of " + known);
 }
 
+bool reads_with(const Format& format, std::string_view option) {
+  return format.capabilities.has(Capability::kRead) && find_option(format.options, option, OptionUse::kRead) != nullptr;
+}
+
 const Format* find_format_with(std::string_view option) {
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) {
     return find_option(format.options, option, OptionUse::kBoth) != nullptr;

@@ -38,6 +38,9 @@ namespace sbrdf::internal {
 /// The first format that has an option, for reading or writing; nullptr where none has. All that have it mean the same.
 [[nodiscard]] const Format* find_format_with(std::string_view option);
 
+/// Whether files of a format are read with an option.
+[[nodiscard]] bool reads_with(const Format& format, std::string_view option);
+
 /// Whether a format can be written with these options; kUsage naming those that it does not have, that have a value
 /// that may not be, or that contradict each other. For asking before long work: save_source asks again.
 [[nodiscard]] Status check_save(const Format& format, const Options& options);

@@ -14,6 +14,7 @@
 #include "converters/source/findings_json.h"
 #include "formats/os/interrupt.h"
 #include "tools/commands/commands.h"
+#include "tools/console/format_options.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
@@ -33,7 +34,7 @@ struct CheckCommand {
   std::optional<double> max_negative;
   std::optional<double> max_unmeasured;
   std::optional<std::uint64_t> max_spikes;
-  MemoryLimit memory;
+  Options given;  ///< of reading, for those of the files that have them
   bool json = false;
 };
 
@@ -295,7 +296,7 @@ int check_file(const CheckCommand& command, const std::string& file, bool first,
     list.push_back({{"file", file}, {"error", error.message}});
     return report_error(file, error);
   };
-  const Result<OpenedSource> opened = open_source(file, within(command.memory));
+  const Result<OpenedSource> opened = open_source(file, command.given);
   if (!opened) return fail(opened.error());
   const Stopwatch watch;
   const Result<CheckReport> report = check_with_bar(*opened->source, file, command.albedo);
@@ -311,6 +312,9 @@ int check_file(const CheckCommand& command, const std::string& file, bool first,
 }
 
 int run_check(const CheckCommand& command) {
+  if (Status used = check_reading_options(command.given, command.files); !used) {
+    return report_error(command.files.front(), used.error());
+  }
   int exit_code = 0;
   Json list = Json::array();
   for (const std::string& file : command.files) {
@@ -343,7 +347,7 @@ void add_check(CLI::App& program, int& exit_code) {
             "Exit code 5 where more nodes stand out from all around them");
   add_number(*app, "--accuracy", command->albedo.accuracy, {1e-7, 0.1}, "X", "Of albedos");
   app->add_flag("--json", command->json, "Print JSON: a list with an object for each file");
-  add_memory_limit(*app, command->memory);
+  add_reading_options(*app, command->given);
   app->footer(
       "The albedo is the integral of f_r cos theta_v over all v. Limits hold for light and view up to theta_max, as\n"
       "values beyond are made up; a negative or unmeasured share is of nodes, or of directions where there is no "

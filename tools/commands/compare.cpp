@@ -13,6 +13,7 @@
 #include "converters/judge/compare.h"
 #include "formats/core/named.h"
 #include "tools/commands/commands.h"
+#include "tools/console/format_options.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
@@ -37,7 +38,7 @@ struct CompareCommand {
   CompareOptions options;
   std::optional<double> max_mre;
   std::optional<double> max_rel_l1;
-  MemoryLimit memory;
+  Options given;  ///< of reading, for each of the two that has them
   bool json = false;
 };
 
@@ -243,9 +244,13 @@ Result<Comparison> compare_with_bar(const BrdfSource& reference, const BrdfSourc
 }
 
 int run_compare(const CompareCommand& command) {
-  const Result<OpenedSource> reference = open_source(command.reference, within(command.memory));
+  const std::array inputs = {command.reference, command.test};
+  if (Status used = check_reading_options(command.given, inputs); !used) {
+    return report_error(command.reference, used.error());
+  }
+  const Result<OpenedSource> reference = open_source(command.reference, command.given);
   if (!reference) return report_error(command.reference, reference.error());
-  const Result<OpenedSource> test = open_source(command.test, within(command.memory));
+  const Result<OpenedSource> test = open_source(command.test, command.given);
   if (!test) return report_error(command.test, test.error());
   const Stopwatch watch;
   const Result<Comparison> result = compare_with_bar(*reference->source, *test->source, command.options);
@@ -317,7 +322,7 @@ void add_other_options(CLI::App& app, CompareCommand& command) {
   add_number(app, "--max-mre", command.max_mre, {0}, "PERCENT", "Exit code 5 where the MRE is above");
   add_number(app, "--max-rel-l1", command.max_rel_l1, {0}, "PERCENT", "Exit code 5 where the relative L1 is above");
   app.add_flag("--json", command.json, "Print JSON");
-  add_memory_limit(app, command.memory);
+  add_reading_options(app, command.given);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/convert_folder.h"
+#include "tools/console/format_options.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
@@ -85,38 +86,6 @@ FolderOrder folder_order(const ConvertOptions& options, const Format* format) {
           .shard = options.shard.value_or(Shard()),
           .recursive = options.recursive,
           .report = options.report};
-}
-
-void add_option(CLI::App& command, const OptionSpec& option, const std::string& group, Options& given) {
-  const std::string flag = fmt::format("--{}", option.name);
-  const auto take = [&option, &given](const std::string& text) {
-    if (Status checked = check_value(option, text); !checked) throw CLI::ValidationError(checked.error().message);
-    given.set(std::string(option.name), text);
-  };
-  const std::string meaning(option.meaning);
-  if (option.kind == OptionKind::kFlag) {
-    command
-        .add_flag_callback(
-            flag, [take] { take(""); }, meaning)
-        ->group(group);
-    return;
-  }
-  const bool chosen = option.kind == OptionKind::kChoice;
-  command.add_option_function<std::string>(flag, take, meaning)
-      ->type_name(chosen ? fmt::format("{}", fmt::join(option.choices, "|")) : std::string(option.unit))
-      ->default_str(std::string(option.fallback))
-      ->group(group);
-}
-
-// One group in the help for each format. Formats that share an option mean the same by it.
-void add_format_options(CLI::App& command, Options& given) {
-  for (const Format& format : formats()) {
-    for (const OptionSpec& option : format.options) {
-      if (find_format_with(option.name) != &format) continue;
-      const bool read_only = option.use == OptionUse::kRead;
-      add_option(command, option, fmt::format("For {} files{}", format.extension, read_only ? " as IN" : ""), given);
-    }
-  }
 }
 
 void add_folder_options(CLI::App& command, ConvertOptions& options) {

@@ -7,13 +7,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "converters/files/by_name.h"
+#include "formats/core/numbers.h"
 #include "tools/commands/commands.h"
-#include "tools/console/options.h"
+#include "tools/console/format_options.h"
 #include "tools/console/terminal.h"
 #include "tools/io/direction_rows.h"
 #include "tools/io/line_reader.h"
@@ -24,7 +26,7 @@ namespace {
 struct EvalOptions {
   std::string file;
   bool cosine = false;
-  MemoryLimit memory;
+  Options given;        ///< of reading the file
   bool json = false;
 };
 
@@ -198,7 +200,10 @@ class Evaluation {
 };
 
 int run_eval(const EvalOptions& options) {
-  const Result<OpenedSource> opened = open_source(options.file, within(options.memory));
+  if (Status used = check_reading_options(options.given, std::span(&options.file, 1)); !used) {
+    return report_error(options.file, used.error());
+  }
+  const Result<OpenedSource> opened = open_source(options.file, options.given);
   if (!opened) return report_error(options.file, opened.error());
   const Status done = Evaluation(*opened->source, options).run();
   return done ? 0 : report_error(kInputName, done.error());
@@ -212,7 +217,7 @@ void add_eval(CLI::App& program, int& exit_code) {
   command->add_option("FILE", options->file, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
   command->add_flag("--cosine", options->cosine, "Multiply by cos theta_v");
   command->add_flag("--json", options->json, "Print an array of objects");
-  add_memory_limit(*command, options->memory);
+  add_reading_options(*command, options->given);
   command->footer(
       "Standard input is CSV with a header that begins with theta_i,phi_i,theta_v,phi_v, in degrees from the normal "
       "and\n"

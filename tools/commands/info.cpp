@@ -20,7 +20,7 @@
 #include "formats/os/files.h"
 #include "formats/sbrdf/container.h"
 #include "tools/commands/commands.h"
-#include "tools/console/options.h"
+#include "tools/console/format_options.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf::internal {
@@ -103,17 +103,17 @@ Result<Description> describe_sliced(const ByteSource& file, const MemoryLimit& l
   return Description{traits, std::move(json)};
 }
 
-Result<Description> describe(const std::string& text, const MemoryLimit& limit) {
+Result<Description> describe(const std::string& text, const Options& given) {
   const auto described = [](const Result<OpenedSource>& opened) -> Result<Description> {
     if (!opened) return opened.error();
     const SourceTraits& traits = opened->source->traits();
     return Description{traits, describe(traits, opened->bytes)};
   };
-  if (is_named(text) || file_in_name(text)) return described(open_source(text, within(limit)));
-  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text, limit);
+  if (is_named(text) || file_in_name(text)) return described(open_source(text, given));
+  const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text, given.memory);
   if (!file) return file.error();
   const Result<std::vector<std::byte>> start = read_start(**file, kContainerMagic.size());
-  return start && is_container(*start) ? describe_sliced(**file, limit) : described(source_in(*file, within(limit)));
+  return start && is_container(*start) ? describe_sliced(**file, given.memory) : described(source_in(*file, given));
 }
 
 /// A value on one line, text without its quotes.
@@ -150,7 +150,7 @@ struct InfoOptions {
   std::string file;
   std::string against;
   bool levels = false;
-  MemoryLimit memory;
+  Options given;  ///< of reading
   bool json = false;
 };
 
@@ -171,9 +171,9 @@ int deepest_level(const SlicedBrdf& sliced) {
 
 Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
   const Result<std::shared_ptr<const ByteSource>> file =
-      open_sliced_bytes(options.file, "levels of detail", options.memory);
+      open_sliced_bytes(options.file, "levels of detail", options.given.memory);
   if (!file) return file.error();
-  const Result<SlicedReader> reader = SlicedReader::open(**file, options.memory);
+  const Result<SlicedReader> reader = SlicedReader::open(**file, options.given.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> whole = reader->load_all();
   if (!whole) return whole.error();
@@ -182,7 +182,7 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
   if (options.against.empty()) {
     reference = std::make_unique<SlicedSource>(DecodedSliced{*std::move(whole), reader->lattice()});
   } else {
-    Result<OpenedSource> opened = open_source(options.against, within(options.memory));
+    Result<OpenedSource> opened = open_source(options.against, options.given);
     if (!opened) {
       Error error = opened.error();
       error.message = options.against + ": " + error.message;
@@ -234,7 +234,7 @@ int run_levels(const InfoOptions& options) {
 }
 
 int run_info(const InfoOptions& options) {
-  const Result<Description> description = describe(options.file, options.memory);
+  const Result<Description> description = describe(options.file, options.given);
   if (!description) return report_error(options.file, description.error());
   if (options.json) {
     print_json(description->json);
@@ -256,11 +256,18 @@ void add_info(CLI::App& program, int& exit_code) {
       ->needs(levels)
       ->type_name("SOURCE");
   command->add_flag("--json", options->json, "Print JSON");
-  add_memory_limit(*command, options->memory);
+  add_reading_options(*command, options->given);
   command->footer(
       "Angles are in degrees, sizes in bytes.\n\nExamples:\n  sbrdf info material.sbrdf --json\n"
       "  sbrdf info fabric112.sbrdf --levels --against kurt:fabric112");
-  command->callback([options, &exit_code] { exit_code = options->levels ? run_levels(*options) : run_info(*options); });
+  command->callback([options, &exit_code] {
+    std::vector<std::string> inputs = {options->file};
+    if (!options->against.empty()) inputs.push_back(options->against);
+    const Status used = check_reading_options(options->given, inputs);
+    exit_code = !used             ? report_error(options->file, used.error())
+                : options->levels ? run_levels(*options)
+                                  : run_info(*options);
+  });
 }
 
 }  // namespace sbrdf::internal

@@ -18,10 +18,6 @@
 namespace sbrdf::internal {
 namespace {
 
-bool reads_with(const Format& format, std::string_view name) {
-  return format.capabilities.has(Capability::kRead) && find_option(format.options, name, OptionUse::kRead) != nullptr;
-}
-
 bool may_be_read_with(std::optional<const Format*> read, std::string_view name) {
   if (read) return *read != nullptr && reads_with(**read, name);
   return std::any_of(formats().begin(), formats().end(),
