@@ -163,7 +163,7 @@ def compare(reference, program, path, count):
     csv = "theta_i,phi_i,theta_v,phi_v\n" + "".join(",".join(map(repr, pair)) + "\n" for pair in pairs)
     out = io.StringIO()
     reference.evaluate(decoded, io.StringIO(csv), out)
-    mine, theirs = out.getvalue().splitlines(), run(program, "eval", path, given=csv).splitlines()
+    mine, theirs = out.getvalue().splitlines(), run(program, "eval", path, "--filled", given=csv).splitlines()
     if mine[0] != theirs[0] or len(mine) != len(theirs):
         raise SystemExit(f"{path.name}: the columns or rows differ: {mine[0]} / {theirs[0]}")
     worst = Worst(max(abs(end) for spanned in decoded.index.ranges for end in spanned))

@@ -258,6 +258,32 @@ TEST(EvalInput, IsRefusedByLine) {
   EXPECT_EQ(lines_of(run.out).size(), 3) << "rows before the bad one are answered";
 }
 
+TEST(Eval, TellsWhatWasNotMeasured) {
+  const ScratchFolder folder;
+  const std::string table = folder / "table.binary";
+  std::vector<double> values(3 * 8, 1.0);
+  for (const std::size_t cell : {0, 1, 8, 9, 16, 17}) values[cell] = -1;  // both at the mirror direction
+  write_bytes(table, merl_bytes({2, 2, 2}, values));
+  const RunOptions rows = {.input = kHeader + "0,0,0,0\n0,0,89,0\n0,0,95,0\n"};
+  const ProgramRun run = run_sbrdf({"eval", table}, rows);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto lines = lines_of(run.out);
+  EXPECT_EQ(lines[1], "0,0,0,0,nan,nan,nan");
+  EXPECT_THAT(lines[2], testing::Not(HasSubstr("nan")));
+  EXPECT_EQ(lines[3], "0,0,95,0,0,0,0");
+  EXPECT_THAT(run.err, HasSubstr("1 of 3 pairs were not measured: nan"));
+
+  const auto json = run_sbrdf({"eval", table, "--json"}, rows);
+  EXPECT_TRUE(json.json()[0]["R"].is_null());
+  EXPECT_TRUE(json.json()[1]["R"].is_number());
+  EXPECT_THAT(json.err, HasSubstr("not measured: null"));
+
+  const auto filled = run_sbrdf({"eval", table, "--filled"}, rows);
+  EXPECT_THAT(filled.out, testing::Not(HasSubstr("nan")));
+  EXPECT_THAT(filled.err, HasSubstr("1 of 3 pairs were not measured: their values are filled in"));
+  EXPECT_EQ(run_sbrdf({"eval", kModel, "--cosine"}, rows).err, "");
+}
+
 TEST(ParseNumber, TakesTheWholeTextOrNothing) {
   EXPECT_EQ(parse_number("-1.5e3"), -1500);
   EXPECT_EQ(parse_number("+.5"), 0.5);

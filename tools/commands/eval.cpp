@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -26,6 +27,7 @@ namespace {
 struct EvalOptions {
   std::string file;
   bool cosine = false;
+  bool filled = false;  ///< say what is filled in where nothing was measured
   Options given;        ///< of reading the file
   bool json = false;
 };
@@ -54,6 +56,7 @@ class Evaluation {
     if (!header_) return invalid_file("empty: a header theta_i,phi_i,theta_v,phi_v is needed");
     if (options_.json) print(row_written_ ? "\n]\n" : "[]\n");
     note_beyond();
+    note_unmeasured();
     return ok_status();
   }
 
@@ -64,6 +67,14 @@ class Evaluation {
     const SourceTraits& traits = source_.traits();
     print_note(options_.file, fmt::format("{} of {} pairs have a direction beyond theta_max = {:g} degrees: {}",
                                           beyond_, answered_, traits.theta_max_deg, traits.beyond_theta_max));
+  }
+
+  void note_unmeasured() const {
+    if (unmeasured_ == 0) return;
+    print_note(options_.file, fmt::format("{} of {} pairs were not measured: {}", unmeasured_, answered_,
+                                          options_.filled ? "their values are filled in"
+                                          : options_.json ? "null"
+                                                          : "nan"));
   }
 
   static Error at_line(const Error& error, std::uint64_t line) {
@@ -155,11 +166,19 @@ class Evaluation {
     answered_ += rows_.size();
     std::vector<float> f_r(pairs.size() * channels);
     evaluate_in_parallel(source_, pairs, f_r);
+    std::vector<std::uint8_t> measured(pairs.size(), 1);
+    source_.measured(pairs, measured);
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      if (rows_[k].below_horizon) measured[k] = 1;
+      unmeasured_ += measured[k] == 0 ? 1 : 0;
+    }
     std::vector<double> values(f_r.begin(), f_r.end());
     for (std::size_t k = 0; k < values.size(); ++k) {
       const DirectionRow& row = rows_[k / channels];
       if (row.below_horizon) {
         values[k] = 0;
+      } else if (measured[k / channels] == 0 && !options_.filled) {
+        values[k] = std::numeric_limits<double>::quiet_NaN();
       } else if (options_.cosine) {
         // The sine of what is left to 90 degrees: exactly 0 there, and accurate close to it.
         values[k] *= std::sin(radians_from_degrees(90 - row.theta_v_deg));
@@ -195,7 +214,8 @@ class Evaluation {
   std::optional<std::uint64_t> blank_line_;
   std::vector<DirectionRow> rows_;
   std::uint64_t answered_ = 0;
-  std::uint64_t beyond_ = 0;  ///< of them, pairs with a direction beyond theta_max
+  std::uint64_t beyond_ = 0;      ///< of them, pairs with a direction beyond theta_max
+  std::uint64_t unmeasured_ = 0;  ///< of them, pairs at which nothing was measured
   bool row_written_ = false;
 };
 
@@ -216,6 +236,7 @@ void add_eval(CLI::App& program, int& exit_code) {
   const auto options = std::make_shared<EvalOptions>();
   command->add_option("FILE", options->file, "A file of any readable format, kurt:NAME or kurt:FILE.json")->required();
   command->add_flag("--cosine", options->cosine, "Multiply by cos theta_v");
+  command->add_flag("--filled", options->filled, "Also where nothing was measured, what the file has filled in there");
   command->add_flag("--json", options->json, "Print an array of objects");
   add_reading_options(*command, options->given);
   command->footer(
@@ -223,9 +244,11 @@ void add_eval(CLI::App& program, int& exit_code) {
       "and\n"
       "from the tangent: i towards the light, v towards the viewer. Standard output has the same rows with one column "
       "per\n"
-      "channel appended, f_r in 1/sr; 0 where a theta is above 90 degrees, below the surface. Further columns of\n"
-      "the input are kept; those that an earlier 'eval' appended are worked out anew. No two columns may\nhave one "
-      "name.\n\n"
+      "channel appended, f_r in 1/sr; 0 where a theta is above 90 degrees, below the surface, and nan (in JSON null) "
+      "where\n"
+      "nothing was measured, such as in a hole of a table. Further columns of the input are kept; those that an "
+      "earlier\n"
+      "'eval' appended are worked out anew. No two columns may have one name.\n\n"
       "Example:\n"
       "  printf 'theta_i,phi_i,theta_v,phi_v\\n30,0,45,180\\n' | sbrdf eval material.sbrdf");
   command->callback([options, &exit_code] { exit_code = run_eval(*options); });
