@@ -1,10 +1,14 @@
 #include <CLI/CLI.hpp>
+#include <cstddef>
 #include <exception>
 #include <new>
+#include <span>
 #include <string>
 
+#include "converters/files/by_name.h"
 #include "formats/core/result.h"
 #include "formats/os/interrupt.h"
+#include "formats/os/trial.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 #include "tools/console/threads.h"
@@ -66,9 +70,22 @@ int run(int argc, char** argv) {
   }
 }
 
+[[noreturn]] void try_file(int argc, char** argv) {
+  try {
+    const std::span all(argv, static_cast<std::size_t>(argc));
+    sbrdf::internal::run_with_possible_threads(
+        [&] { sbrdf::internal::open_in_trial(all.subspan(sbrdf::internal::kTrialArguments)); });
+  } catch (const std::exception&) {
+    // Want of memory, which the program itself will tell of.
+  }
+  sbrdf::internal::end_trial();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (sbrdf::internal::is_trial(argc, argv)) try_file(argc, argv);
+  sbrdf::internal::allow_trials();
   sbrdf::internal::keep_standard_descriptors();
   sbrdf::internal::catch_interrupts();
   return sbrdf::internal::finish_output(run(argc, argv));

@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <string_view>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
 #include "converters/source/progress.h"
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
+#include "formats/os/trial.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -56,7 +59,33 @@ Result<OpenedSource> open_kurt(const std::string& path) {
   return OpenedSource{*std::move(source), (*file)->size()};
 }
 
+Status survive_trial(const Format& format, const ByteSource& bytes, const Options& options) {
+  std::vector<std::string> arguments;
+  for (const auto& [name, text] : options.all()) arguments.push_back(fmt::format("{}={}", name, text));
+  const Result<TrialEnd> end = try_apart(bytes, arguments);
+  if (!end) return end.error();
+  if (*end == TrialEnd::kFell) {
+    return invalid_file(fmt::format("damaged: the library that reads {} files falls over it", format.extension));
+  }
+  if (*end == TrialEnd::kEndless) {
+    return invalid_file(
+        fmt::format("damaged: the library that reads {} files comes to no end with it", format.extension));
+  }
+  return ok_status();
+}
+
 }  // namespace
+
+void open_in_trial(std::span<char* const> arguments) {
+  Options options;
+  for (const std::string_view argument : arguments) {
+    const std::size_t equals = argument.find('=');
+    if (equals == std::string_view::npos) continue;
+    options.set(std::string(argument.substr(0, equals)), std::string(argument.substr(equals + 1)));
+  }
+  const Result<Bytes> bytes = open_file(kTrialFile);
+  if (bytes) std::ignore = source_in(*bytes, options);
+}
 
 Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text, const MemoryLimit& limit) {
   const auto separator = exists(text) ? std::nullopt : find_separator(text);
@@ -66,7 +95,11 @@ Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& te
 Result<OpenedSource> source_in(const std::shared_ptr<const ByteSource>& bytes, const Options& options) {
   const Result<const Format*> format = recognise(*bytes);
   if (!format) return format.error();
-  Result<std::unique_ptr<BrdfSource>> source = open_source(bytes, options.select((*format)->options, OptionUse::kRead));
+  const Options reading = options.select((*format)->options, OptionUse::kRead);
+  if ((*format)->fragile) {
+    if (Status survived = survive_trial(**format, *bytes, reading); !survived) return survived.error();
+  }
+  Result<std::unique_ptr<BrdfSource>> source = open_source(bytes, reading);
   if (!source) return source.error();
   // Reading a large table takes long enough for somebody to change their mind.
   if (interrupted()) return interrupted_error();

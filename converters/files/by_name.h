@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,7 +26,8 @@ struct OpenedSource {
 [[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text,
                                                                          const MemoryLimit& limit = {});
 
-/// The source in bytes that open_named_bytes gave.
+/// The source in bytes that open_named_bytes gave. Where the program allows trials, a file of a fragile format is tried
+/// first: kInvalidFile for one that brings the library down that reads it.
 [[nodiscard]] Result<OpenedSource> source_in(const std::shared_ptr<const ByteSource>& bytes,
                                              const Options& options = {});
 
@@ -39,6 +41,9 @@ struct OpenedSource {
 /// away, as from a pipe, or where opening it will be an error.
 [[nodiscard]] std::optional<const Format*> format_of(const std::string& text, const MemoryLimit& limit = {});
 
+/// What a trial (formats/os/trial.h) is to do: opens and closes its file as source_in does. The arguments are those of
+/// the process behind kTrialArguments.
+void open_in_trial(std::span<char* const> arguments);
 
 /// The path of the file that is read for `text`, which may name a material in it or its kind, too; nothing for a
 /// built-in model. It need not be there.

@@ -122,6 +122,9 @@ struct Format {
   std::string_view beside = {};
   bool (*is_beside)(std::string_view text) = nullptr;
 
+  /// The library that reads the files is brought down by some damaged ones: a program tries each in a process of its
+  /// own first (formats/os/trial.h).
+  bool fragile = false;
 
   /// Options that contradict each other; may be absent.
   Status (*check)(const Options& options) = nullptr;

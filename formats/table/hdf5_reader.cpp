@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "formats/core/piece_hook.h"
 #include "formats/table/hdf5_handle.h"
 #include "formats/table/hdf5_table.h"
 
@@ -67,12 +68,19 @@ std::optional<double> read_number(hid_t object, const char* name) {
   return value;
 }
 
-Hdf5Handle open_image(std::span<const std::byte> bytes, std::string_view name) {
+// The library's reason for a failure lasts until its next call, and closing a list of properties is one.
+Result<Hdf5Handle> open_at(const std::string& name, hid_t access) {
+  Hdf5Handle file(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
+  if (!file.ok()) return refused("not a readable HDF5 file");
+  return file;
+}
+
+Result<Hdf5Handle> open_image(std::span<const std::byte> bytes) {
   const Hdf5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access.id(), std::size_t{1} << 16U, false);
   std::vector<std::byte> copy(bytes.begin(), bytes.end());
-  if (H5Pset_file_image(access.id(), copy.data(), copy.size()) < 0) return {};
-  return {H5Fopen(std::string(name).c_str(), H5F_ACC_RDONLY, access.id()), H5Fclose};
+  if (H5Pset_file_image(access.id(), copy.data(), copy.size()) < 0) return refused("not a readable HDF5 file");
+  return open_at("table.h5", access.id());
 }
 
 struct Found {
@@ -286,10 +294,10 @@ Result<std::unique_ptr<Hdf5TableReader>> Hdf5TableReader::open(std::shared_ptr<c
     file = *std::move(viewed);
   }
   const Hdf5Lock lock;
-  state->file = in_place ? Hdf5Handle(H5Fopen(file->path().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose)
-                         : open_image(*file->view(), "table.h5");
+  Result<Hdf5Handle> opened = in_place ? open_at(file->path(), H5P_DEFAULT) : open_image(*file->view());
+  if (!opened) return opened.error();
+  state->file = *std::move(opened);
   state->bytes = std::move(file);
-  if (!state->file.ok()) return refused("not a readable HDF5 file");
   const Result<std::string> name = dataset.empty() ? find_dataset(state->file) : dataset;
   if (!name) return name.error();
   // The boxes that are read are chunks, which somebody else keeps.
@@ -323,6 +331,7 @@ Status Hdf5TableReader::read(const Hdf5Extent& first, const Hdf5Extent& count, s
       H5Dread(state_->dataset.id(), H5T_NATIVE_DOUBLE, memory.id(), box.id(), H5P_DEFAULT, values.data()) < 0) {
     return refused("a part of the table cannot be read");
   }
+  piece_done();
   return ok_status();
 }
 

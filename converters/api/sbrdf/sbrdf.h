@@ -10,6 +10,9 @@
 //
 // Nothing here prints, and nothing throws but for lack of memory, or what a callback throws. Link with sbrdf::sbrdf
 // (CMake) or `pkg-config --cflags --libs sbrdf`.
+//
+// Some damaged HDF5 files bring down the library that reads them, and the process with it. The program `sbrdf` tries
+// each in a process of its own first; this library starts none.
 
 #include <array>
 #include <cassert>

@@ -116,6 +116,12 @@ TEST(Hdf5, RefusesEveryTruncatedFile) {
   }
 }
 
+TEST(Hdf5, SaysThatAFileIsTruncated) {
+  Bytes file = file_of(small_head());
+  file.resize(file.size() - 100);
+  EXPECT_THAT(open_hdf5(source_of(file), {}).error().message, HasSubstr("truncated"));
+}
+
 TEST(Hdf5, NamesADamagedChunk) {
   Bytes file = file_of(small_head());
   // Deflated chunks begin with 78 5E: a wrong byte behind the first of them breaks its checksum.
