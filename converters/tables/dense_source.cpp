@@ -233,6 +233,19 @@ class CensusTaker {
   const ValuePolicy& policy_;
 };
 
+/// What has been left out is likely to be why.
+Error nothing_positive(const Census& census, std::uint64_t total) {
+  std::string message = "no value of the table is positive";
+  const auto add = [&](std::uint64_t count, const std::string& what) {
+    if (count > 0) message += fmt::format("; {} of {} nodes {}", count, total, what);
+  };
+  add(census.wild,
+      fmt::format("have one that is infinite or beyond {:g} as f_r, and count as unmeasured", kTableLargest));
+  add(census.holes, "above the horizon are unmeasured");
+  add(census.negative, "have a negative one");
+  return invalid_file(std::move(message));
+}
+
 std::vector<std::uint32_t> shape_of(const Grid& grid) {
   std::vector<std::uint32_t> shape;
   for (const GridAxis& axis : grid.axes) shape.push_back(axis.size());
@@ -277,7 +290,7 @@ Status DenseSource::examine(DenseDescription& description) {
     return invalid_file(fmt::format("a value is NaN, infinite or above {:g} as f_r, the first at {}", kTableLargest,
                                     table_.grid.node_text(table_.grid.node(census.first_bad))));
   }
-  if (!census.positive) return invalid_file("no value of the table is positive");
+  if (!census.positive) return nothing_positive(census, table_.grid.node_count());
   has_holes_ =
       census.holes > 0 || census.wild > 0 || (census.negative > 0 && policy.negatives == Negatives::kUnmeasured);
   const std::uint64_t total = table_.grid.node_count();

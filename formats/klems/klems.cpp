@@ -265,16 +265,49 @@ Result<KlemsMatrix> parse_klems(std::span<const std::byte> bytes, const KlemsCho
   return Parser(*layer, choice).run();
 }
 
+namespace {
+
+/// Where the declaration of a document's type ends that `text` begins with: at the first '>' that stands neither in
+/// quotes nor in brackets.
+std::size_t end_of_doctype(std::string_view text) {
+  char quote = 0;
+  bool inside = false;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '[' || c == ']') {
+      inside = c == '[';
+    } else if (c == '>' && !inside) {
+      return at + 1;
+    }
+  }
+  return std::string_view::npos;
+}
+
+/// Behind what stands at the beginning of `text` before the root element: a declaration, a comment, or a document's
+/// type, of which pugixml reads nothing. 0 where none of these stands there, npos where its end is missing.
+std::size_t end_of_prologue(std::string_view text) {
+  if (text.starts_with("<!DOCTYPE")) return end_of_doctype(text);
+  const std::string_view end = text.starts_with("<?") ? "?>" : text.starts_with("<!--") ? "-->" : "";
+  if (end.empty()) return 0;
+  const std::size_t closed = text.find(end);
+  return closed == std::string_view::npos ? closed : closed + end.size();
+}
+
+}  // namespace
+
 bool recognises_klems(std::span<const std::byte> head) {
   std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   while (true) {
     text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
-    const std::string_view end = text.starts_with("<?") ? "?>" : text.starts_with("<!--") ? "-->" : "";
-    if (end.empty()) break;
-    const std::size_t closed = text.find(end);
-    if (closed == std::string_view::npos) return false;
-    text.remove_prefix(closed + end.size());
+    const std::size_t end = end_of_prologue(text);
+    if (end == std::string_view::npos) return false;
+    if (end == 0) break;
+    text.remove_prefix(end);
   }
   constexpr std::string_view kRoot = "<WindowElement";
   if (!text.starts_with(kRoot)) return false;

@@ -162,6 +162,22 @@ TEST(KlemsParse, RefusesEachTruncation) {
   EXPECT_TRUE(parse(text).ok());
 }
 
+TEST(KlemsRecognise, LooksBehindADoctypeAndReadsNothingOfIt) {
+  const std::size_t root = kText.find("<WindowElement");
+  const auto with = [&](const std::string& doctype) { return kText.substr(0, root) + doctype + kText.substr(root); };
+  for (const char* doctype :
+       {"<!DOCTYPE WindowElement>", "<!DOCTYPE WindowElement SYSTEM \"a>b.dtd\">",
+        "<!DOCTYPE WindowElement PUBLIC 'x' 'y'>\n", "<!DOCTYPE WindowElement [<!ENTITY a \"]>\"> <!ENTITY b 'x'>]>"}) {
+    EXPECT_TRUE(recognises_klems(small_files::bytes_of(with(doctype)))) << doctype;
+    const auto parsed = parse(with(doctype));
+    ASSERT_TRUE(parsed.ok()) << doctype << parsed.error().message;
+    EXPECT_EQ(parsed->values, parse(kText)->values);
+  }
+  for (const char* doctype : {"<!DOCTYPE WindowElement", "<!DOCTYPE [", "<!DOCTYPE \">", "<!DOCTYPE html><html>"}) {
+    EXPECT_FALSE(recognises_klems(small_files::bytes_of(with(doctype)))) << doctype;
+  }
+}
+
 TEST(KlemsRecognise, LooksForTheRootElement) {
   const auto recognised = [](const std::string& text) { return recognises_klems(small_files::bytes_of(text)); };
   EXPECT_TRUE(recognised(kText));

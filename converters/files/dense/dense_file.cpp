@@ -14,6 +14,8 @@ namespace {
 
 /// Room for what is only known after the numbers are written [bytes].
 constexpr std::size_t kReportRoom = 2048;
+/// Nodes are even within this share of a step.
+constexpr double kEven = 1e-3;
 
 template <class T>
 void append(std::vector<std::byte>& bytes, T value) {
@@ -146,10 +148,43 @@ Result<Grid> grid_of_option(const Options& options, std::string_view whose) {
   return parse_grid(*text);
 }
 
+namespace {
+
+/// Even nodes all the way round but for one step.
+bool goes_round(const std::vector<double>& nodes_deg) {
+  if (nodes_deg.size() < 2) return false;
+  const double step = (nodes_deg.back() - nodes_deg.front()) / static_cast<double>(nodes_deg.size() - 1);
+  for (std::size_t k = 0; k < nodes_deg.size(); ++k) {
+    if (std::abs(nodes_deg[k] - nodes_deg.front() - static_cast<double>(k) * step) > kEven * step) return false;
+  }
+  return std::abs(step * static_cast<double>(nodes_deg.size()) - 360) <= kEven * step;
+}
+
+/// Azimuths that go round, in a file that says of their ends that they are held, or says nothing: a value held across
+/// the last step is what nobody means.
+bool close_turns(Grid& grid, std::vector<Finding>& findings) {
+  bool closed = false;
+  for (std::size_t k = 0; k < grid.axes.size(); ++k) {
+    GridAxis& axis = grid.axes[k];
+    if (axis.ends() != Ends::kHeld || Grid::natural_ends(grid.frame, k) != Ends::kFullTurn) continue;
+    if (!goes_round(axis.nodes_deg())) continue;
+    axis = GridAxis(axis.nodes_deg(), Ends::kFullTurn, axis.spacing());
+    findings.push_back({fmt::format("nodes of {} go all the way round, though the file does not say so: the azimuth is "
+                                    "taken to close after 360 degrees",
+                                    grid.axis_name(k)),
+                        axis.size(), axis.size()});
+    closed = true;
+  }
+  return closed;
+}
+
+}  // namespace
+
 Result<std::unique_ptr<BrdfSource>> open_dense(DenseTable table, std::string format, TableHead head,
                                                std::shared_ptr<const ByteSource> file, const Options& options,
                                                std::vector<Finding> findings) {
   std::vector<std::string>& channels = head.channels;
+  if (close_turns(table.grid, findings)) file = nullptr;
   DenseDescription description;
   description.description = fmt::format(
       "dense table of {}, {} frame, {} {}, {}", table.grid.size_text(), name_of(kGridFrameNames, table.grid.frame),

@@ -31,6 +31,9 @@ class LocalFit {
     std::size_t neighbours = 20;
     bool curved = false;  ///< all terms of the second degree, not only that of the half vector
   };
+  /// Fewest samples that a fit goes by, where there are so many.
+  static constexpr std::size_t kFewest = 8;
+
   /// Samples that repeat the directions of others count as one, with the mean of their values.
   /// The settings are those that predict held-back samples best, of 20; a sample is held back along with all others of
   /// its light direction where there are few of these, as a goniometer measures them.

@@ -182,6 +182,10 @@ class SampleReader {
       if (Status taken = take(row); !taken) return taken.error();
     }
     if (samples_.pairs.empty()) return invalid_file("no sample lies above the horizon");
+    if (std::none_of(samples_.values.begin(), samples_.values.end(), [](double value) { return value > 0; })) {
+      return invalid_file(
+          fmt::format("none of {} samples has a positive value: this is no reflectance", samples_.pairs.size()));
+    }
     return std::move(samples_);
   }
 

@@ -52,7 +52,7 @@ struct Samples {
 /// kUsage where the columns are not those of --scattered-columns, where the names in the file are those of some angles
 /// but not of all that are needed, and where angles look like radians and nothing says whether they are. kInvalidFile,
 /// with the line, for angles beyond 180 (theta) or 3600 degrees (phi), for values
-/// above kTableLargest, and where no row is above the horizon.
+/// above kTableLargest, and where no row is above the horizon or no value positive.
 [[nodiscard]] Result<Samples> samples_of(const NumberTable& table, const Options& options);
 
 }  // namespace sbrdf::internal

@@ -148,6 +148,13 @@ void add_samples(Findings& findings, const Samples& samples, const LocalFit& fit
 
 void add_held_back(Findings& findings, const LocalFit& fit) {
   const LocalFit::HeldBack& held = fit.held_back();
+  if (fit.point_count() < LocalFit::kFewest) {
+    findings.add(
+        fmt::format("samples at different directions, fewer than the {} that a fit goes by: the table is little "
+                    "more than a guess",
+                    LocalFit::kFewest),
+        fit.point_count(), fit.point_count());
+  }
   findings.add(
       fmt::format("samples predicted from others{}: relative L1 {:.3g} %; by local regression {}over {} samples, "
                   "distances along the difference direction times {:g}",

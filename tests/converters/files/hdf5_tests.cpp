@@ -122,6 +122,15 @@ TEST(Hdf5, SaysThatAFileIsTruncated) {
   EXPECT_THAT(open_hdf5(source_of(file), {}).error().message, HasSubstr("truncated"));
 }
 
+TEST(Hdf5, ClosesAzimuthsThatGoRoundWhereTheFileSaysNothing) {
+  Hdf5Head head = small_head();
+  head.axes[1].ends = head.axes[3].ends = "held";
+  const auto source = open_hdf5(source_of(file_of(head)), {}).value();
+  EXPECT_EQ(source->table()->grid.axes[3].ends(), Ends::kFullTurn);
+  EXPECT_THAT(source->traits().findings.at(1).what, HasSubstr("phi_v go all the way round"));
+  EXPECT_EQ(source->stored("hdf5"), nullptr);
+}
+
 TEST(Hdf5, NamesADamagedChunk) {
   Bytes file = file_of(small_head());
   // Deflated chunks begin with 78 5E: a wrong byte behind the first of them breaks its checksum.

@@ -359,6 +359,27 @@ TEST(ScatteredGrid, IsNoLargerThanMemoryMayBe) {
   EXPECT_EQ(large.error().code, ErrorCode::kUnsupported);
 }
 
+TEST(Scattered, RefusesSamplesOfWhichNoneIsPositive) {
+  for (const char* value : {"-0.5", "0", "-0.0"}) {
+    std::string text;
+    for (int k = 0; k < 20; ++k) text += fmt::format("{} 0 {} 90 {}\n", 10 + k, 80 - k, value);
+    const auto none = open(text);
+    ASSERT_FALSE(none.ok()) << value;
+    EXPECT_EQ(none.error().code, ErrorCode::kInvalidFile);
+    EXPECT_THAT(none.error().message, HasSubstr("none of 20 samples has a positive value"));
+    EXPECT_TRUE(open(text + "5 0 5 0 0.25\n").ok()) << value;
+  }
+}
+
+TEST(Scattered, SaysThatSamplesAreFew) {
+  std::string text = "10 0 20 30 0.5\n";
+  EXPECT_THAT(found(*open(text).value()), HasSubstr("1 of 1 samples at different directions, fewer than the 8"));
+  for (int k = 1; k < 7; ++k) text += fmt::format("{} 0 20 30 0.5\n", 10 + k);
+  EXPECT_THAT(found(*open(text).value()), HasSubstr("7 of 7 samples at different directions, fewer than the 8"));
+  EXPECT_THAT(found(*open(text + "10 0 20 30 0.5\n").value()), HasSubstr("fewer than the 8"));  // one of them again
+  EXPECT_THAT(found(*open(text + "50 0 20 30 0.5\n").value()), testing::Not(HasSubstr("fewer than")));
+}
+
 TEST(NearestPoints, FindsWhatLookingAtAllFinds) {
   std::mt19937 random(3);
   std::uniform_int_distribution<int> coarse(0, 9);

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "converters/files/dense/table_head.h"
@@ -111,6 +114,70 @@ TEST(DenseFiles, AreCopiedAsTheyAreUnlessSomethingElseIsAskedFor) {
     EXPECT_EQ((*open(other_grid->files))->traits().shape, (std::vector<std::uint32_t>{1, 4, 4, 6})) << extension;
     EXPECT_NE(find_remark(other_grid->report, "resampling_mre_percent"), nullptr) << extension;
   }
+}
+
+/// The description of a table whose azimuths are these, held at their ends.
+std::string held_azimuths(const std::string& nodes) {
+  const auto theta = [](const char* name) {
+    return std::string(R"({"name": ")") + name +
+           R"(", "unit": "degree", "ends": "held", "spacing": "angle", "nodes": [0, 90]})";
+  };
+  const auto phi = [&](const char* name) {
+    return std::string(R"({"name": ")") + name +
+           R"(", "unit": "degree", "ends": "held", "spacing": "angle", "nodes": )" + nodes + "}";
+  };
+  return R"({"sbrdf": "dense table", "version": 1, "frame": "angles", "axes": [)" + theta("theta_i") + ", " +
+         phi("phi_i") + ", " + theta("theta_v") + ", " + phi("phi_v") +
+         R"(], "channels": ["Y"], "quantity": "f_r, without cosine", "unit": "1/sr", "unmeasured": "NaN"})";
+}
+
+TEST(DenseFiles, CloseAzimuthsThatGoRound) {
+  const Grid grid = {GridFrame::kAngles,
+                     {GridAxis({0, 90}), GridAxis({0, 120, 240}), GridAxis({0, 90}), GridAxis({0, 120, 240})}};
+  std::vector<float> values(36);
+  for (std::size_t k = 0; k < values.size(); ++k) values[k] = 1 + static_cast<float>(k % 3);  // 1, 2, 3 along phi_v
+  DenseDescription description;
+  description.channels = {"Y"};
+  const auto table = DenseSource::make(table_in_memory(grid, 1, std::move(values)), std::move(description)).value();
+  const auto opened_with = [&](const std::string& nodes) {
+    auto files = save(".npy", *table)->files;
+    const std::string text = held_azimuths(nodes);
+    const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
+    files[".json"] = Bytes(bytes.begin(), bytes.end());
+    return open(files).value();
+  };
+  const auto value_at = [](const BrdfSource& source, double phi_v) {
+    const DirectionPair pair = {direction_from_degrees(45, 0), direction_from_degrees(45, phi_v)};
+    float value = 0;
+    source.evaluate(std::span(&pair, 1), std::span(&value, 1));
+    return value;
+  };
+  const auto closed = opened_with("[0, 120, 240]");
+  EXPECT_FLOAT_EQ(value_at(*closed, 300), 2);  // between 3 and 1
+  ASSERT_EQ(closed->traits().findings.size(), 2);
+  EXPECT_THAT(closed->traits().findings[1].what, HasSubstr("nodes of phi_v go all the way round"));
+  EXPECT_EQ(closed->table()->grid.axes[3].ends(), Ends::kFullTurn);
+  EXPECT_EQ(find_remark(save(".npy", *closed)->report, "copied"), nullptr);  // the description is another one
+  for (const char* nodes : {"[0, 60, 120]", "[0, 119, 240]", "[0, 120, 239]"}) {
+    const auto held = opened_with(nodes);
+    EXPECT_FLOAT_EQ(value_at(*held, 250), 3) << nodes;
+    EXPECT_TRUE(held->traits().findings.empty()) << nodes;
+  }
+}
+
+TEST(DenseFiles, SayWhyNoValueIsPositive) {
+  const auto refusal = [](std::vector<double> values) {
+    const Grid grid = {GridFrame::kAngles, {GridAxis({0, 45}), GridAxis({0}), GridAxis({0, 45}), GridAxis({0})}};
+    DenseDescription description;
+    description.channels = {"Y"};
+    return DenseSource::make(table_in_memory(grid, 1, std::move(values)), std::move(description)).error().message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal({2e38, 2e38, 2e38, 0}), HasSubstr("3 of 4 nodes have one that is infinite or beyond 1e+38"));
+  EXPECT_THAT(refusal({nan, nan, -1, -1}),
+              HasSubstr("2 of 4 nodes above the horizon are unmeasured; 2 of 4 nodes have a "
+                        "negative one"));
+  EXPECT_EQ(refusal({0, 0, 0, 0}), "no value of the table is positive");
 }
 
 TEST(DenseFiles, HoldAnyNumberOfChannels) {
