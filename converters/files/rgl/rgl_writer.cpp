@@ -195,7 +195,7 @@ RglMaterial make_material(const BrdfSource& source, const Options& options) {
 /// The tables of the RGL file that the source is, so that only colours are fitted again, and come out as they were
 /// where they have the same nodes. Nothing where options ask for other nodes, or there is no such file.
 std::optional<RglMaterial> own_material(const BrdfSource& source, const Options& options) {
-  const auto stored = source.stored("rgl");
+  const auto stored = source.stored(kRglTables);
   if (stored == nullptr || !stored->view()) return std::nullopt;
   if (options.has("rgl-theta") || options.has("rgl-phi") || options.has("rgl-warp-size")) return std::nullopt;
   const Result<TensorFile> tensors = parse_tensor_file(*stored->view());
