@@ -95,9 +95,11 @@ std::vector<std::string> names_of_wavelengths(std::span<const float> wavelengths
 
 class RglSource final : public BrdfSource {
  public:
-  /// `file` may be nullptr.
-  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives, std::shared_ptr<const ByteSource> file)
+  /// `file` may be nullptr. `as_stored`: values are what it says.
+  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives, std::shared_ptr<const ByteSource> file,
+            bool as_stored)
       : file_(std::move(file)),
+        as_stored_(as_stored),
         coverage_(coverage),
         negatives_(negatives),
         jacobian_(material.jacobian),
@@ -137,7 +139,7 @@ class RglSource final : public BrdfSource {
     }
   }
   [[nodiscard]] std::shared_ptr<const ByteSource> stored(std::string_view format) const override {
-    return format == traits_.format ? file_ : nullptr;
+    return format == kRglTables || (format == traits_.format && as_stored_) ? file_ : nullptr;
   }
   // There is no table of directions; these cells are about as fine as the measurement.
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override {
@@ -175,6 +177,7 @@ class RglSource final : public BrdfSource {
   }
 
   std::shared_ptr<const ByteSource> file_;
+  bool as_stored_;
   Coverage coverage_;
   Negatives negatives_;
   bool jacobian_;
@@ -202,8 +205,9 @@ Result<std::unique_ptr<BrdfSource>> make_source(std::span<const std::byte> bytes
   if (reduce) {
     if (Status reduced = reduce_to_rgb(*material); !reduced) return reduced.error();
   }
-  if (reduce || negatives != Negatives::kKeep) file = nullptr;
-  return std::unique_ptr<BrdfSource>(std::make_unique<RglSource>(*material, *coverage, negatives, std::move(file)));
+  const bool as_stored = !reduce && negatives == Negatives::kKeep;
+  return std::unique_ptr<BrdfSource>(
+      std::make_unique<RglSource>(*material, *coverage, negatives, std::move(file), as_stored));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 
 #include "converters/files/value_options.h"
 #include "converters/source/brdf_source.h"
@@ -50,8 +51,11 @@ inline constexpr std::array kRglSpectralNames = {Named{"channels", RglSpectral::
                                                            Negatives negatives = Negatives::kKeep,
                                                            RglSpectral spectral = RglSpectral::kChannels);
 
-/// The same for a file: the row of the format table. Options: negatives, spectral. Where these change nothing, the
-/// source keeps the bytes, as stored("rgl").
+/// What stored() is asked for the file whose tables a source reads, also where options of reading change the values.
+inline constexpr std::string_view kRglTables = "rgl tables";
+
+/// The same for a file: the row of the format table. Options: negatives, spectral. The source keeps the bytes, as
+/// stored(kRglTables) and, where options change nothing, as stored("rgl").
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_rgl(std::shared_ptr<const ByteSource> bytes,
                                                            const Options& options = {});
 

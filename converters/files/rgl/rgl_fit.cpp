@@ -24,15 +24,15 @@ namespace {
 constexpr int kPhiParts = 2;
 constexpr int kThetaParts = 3;
 /// Pairs along each side of the square, for each node of the colours: isotropic, anisotropic.
-constexpr std::size_t kPairsIsotropic = 2;
-constexpr std::size_t kPairsAnisotropic = 1;
+constexpr double kPairsIsotropic = 2;
+constexpr double kPairsAnisotropic = 1.5;
 /// No light and no viewer closer to the horizon than this is looked at [cosine].
 constexpr double kLeastCosine = 5e-3;
 /// Half directions closer to the normal have no azimuth to speak of.
 constexpr double kLeastX = 1e-4;
 constexpr double kPeakWeight = 4;  ///< of pairs there
 /// Relative errors are of values this far from the horizon or more [cosine]: nearer, f_r cos(theta_v) falls to 0.
-constexpr double kWeighedCosine = 0.05;
+constexpr double kWeighedCosine = 0.03;
 /// Least denominator of relative errors, of the mean in a panel.
 constexpr double kWeighedSize = 0.01;
 
@@ -148,7 +148,8 @@ class PanelSampler {
     const bool isotropic = material.isotropic();
     const std::size_t phi = isotropic ? 0 : k / thetas;
     const std::size_t theta = k % thetas;
-    const std::size_t side = material.colour_grid.x_count * (isotropic ? kPairsIsotropic : kPairsAnisotropic);
+    const auto side = static_cast<std::size_t>(std::lround(static_cast<double>(material.colour_grid.x_count) *
+                                                           (isotropic ? kPairsIsotropic : kPairsAnisotropic)));
     std::minstd_rand random(static_cast<std::uint32_t>(k + 1));
     std::uniform_real_distribution<double> within(0, 1);
     const int last = theta + 1 == thetas ? kThetaParts : kThetaParts - 1;
@@ -179,6 +180,7 @@ class PanelSampler {
 
   void add(const std::vector<RglPoint>& squares, const std::vector<Incidence>& incidences,
            const std::vector<double>& weights, const std::vector<double>& targets, RglPanel& panel) const {
+    panel.reserve(squares.size());
     for (std::size_t n = 0; n < squares.size(); ++n) {
       if (weights[n] == 0) continue;
       const RglCell cell = rgl_cell(surface_.material.colour_grid, squares[n]);
@@ -186,7 +188,8 @@ class PanelSampler {
       equation.first = static_cast<std::uint32_t>(cell.first);
       equation.weight = static_cast<float>(squares[n].x == 0 ? kPeakWeight * weights[n] : weights[n]);
       const RglSlices& slices = incidences[n].slices;
-      for (std::size_t tap = 0; tap < 4; ++tap) equation.node[tap] = static_cast<float>(cell.weight[tap]);
+      equation.x = static_cast<float>(cell.weight[1] + cell.weight[3]);
+      equation.y = static_cast<float>(cell.weight[2] + cell.weight[3]);
       for (std::size_t i = 0; i < slices.count; ++i) {
         equation.slice[panel.place_of(slices.index[i])] += static_cast<float>(slices.weight[i]);
       }

@@ -32,8 +32,9 @@ struct RglFitRequest {
 /// source has. For pairs of directions spread evenly over the warped square of each slice, and of some incidences
 /// between slices, evaluation is to give the source's f_r cos(theta_v): least squares of the relative error, which is
 /// linear in the colours, by conjugate gradients. So what is interpolated comes out nearer than if each node held its
-/// own value. Nodes that no pair leads to, most of them below the horizon, continue their neighbours smoothly, and may
-/// become negative where values fall to 0 at the horizon; above it, nothing becomes negative where the source is not.
+/// own value. Nodes that no pair leads to, most of them below the horizon, continue their neighbours smoothly for two
+/// steps, and may become negative where values fall to 0 at the horizon; above it, nothing becomes negative where the
+/// source is not.
 ///
 /// Where the material is anisotropic, its first and last phi_i are the same azimuth and get the same colours.
 /// kInvalidFile where the source gives a value that is not finite or beyond kTableLargest, and where colours come out

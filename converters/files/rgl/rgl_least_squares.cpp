@@ -9,14 +9,16 @@ namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kWidth = 4;  // channels that are solved for at a time
-/// Of a small system and of a large one: what lies below the horizon settles last, and slowly.
-constexpr int kMostIterations = 200;
-constexpr int kMostIterationsOfLarge = 80;
-constexpr std::size_t kLarge = std::size_t{1} << 18U;  // unknowns of a channel
-constexpr double kEnough = 1e-5;                       // of the residual at the start
+constexpr int kMostIterations = 60;
+constexpr double kEnough = 1e-4;  // of the residual at the start
+/// Steps from an equation to the last node that is solved for. What lies farther below the horizon would settle last,
+/// and slowly, and nothing reads it.
+constexpr int kSteps = 2;
 /// Weights of smoothness, of that of the equations at a node.
 constexpr double kSecondDifferences = 1e-4;
 constexpr double kFirstDifferences = 1e-6;
+/// Least part of that weight that a node takes over from the next.
+constexpr double kPerStep = 0.1;
 
 /// Numbers [slice, node, channel] of a block of channels.
 using Block = std::vector<double>;
@@ -28,14 +30,15 @@ class Solver {
     diagonal_.resize(slices_ * cells_);
     total_.resize(slices_ * cells_);
     for (const RglPanel& panel : panels_) panel.add_diagonal(diagonal_, total_);
-    smoothness_ = spread(diagonal_);
+    find_solved();
   }
 
   std::vector<double> run() {
     std::vector<double> solution(slices_ * channels_ * cells_);
     for (std::size_t first = 0; first < channels_; first += kWidth) {
       const std::size_t width = std::min(kWidth, channels_ - first);
-      const Block x = solve(first, width);
+      Block x = solve(first, width);
+      continue_from(solved_, width, x);
       for (std::size_t n = 0; n < slices_ * cells_; ++n) {
         for (std::size_t c = 0; c < width; ++c) {
           solution[(n / cells_ * channels_ + first + c) * cells_ + n % cells_] = x[n * width + c];
@@ -46,24 +49,25 @@ class Solver {
   }
 
  private:
-  /// Where a node has none, the value around it, less with each step.
-  [[nodiscard]] std::vector<double> spread(std::vector<double> values) const {
-    constexpr double kPerStep = 0.8;
+  /// Which nodes are solved for, and how much smoothness counts there.
+  void find_solved() {
+    solved_.resize(total_.size());
+    std::transform(total_.begin(), total_.end(), solved_.begin(), [](double sum) { return sum > 0 ? 1 : 0; });
+    smoothness_ = diagonal_;
     parallel_for(slices_, [&](std::uint64_t slice) {
-      const std::span<double> nodes = std::span(values).subspan(slice * cells_, cells_);
-      for (bool more = true; more;) {
-        more = false;
-        const std::vector<double> before(nodes.begin(), nodes.end());
+      const std::span<std::uint8_t> solved = std::span(solved_).subspan(slice * cells_, cells_);
+      const std::span<double> smoothness = std::span(smoothness_).subspan(slice * cells_, cells_);
+      for (int step = 0; step < kSteps; ++step) {
+        const std::vector<std::uint8_t> was_solved(solved.begin(), solved.end());
+        const std::vector<double> before(smoothness.begin(), smoothness.end());
         for (std::size_t n = 0; n < cells_; ++n) {
-          if (before[n] > 0) continue;
-          double largest = 0;
-          for_neighbours(n, [&](std::size_t other) { largest = std::max(largest, before[other]); });
-          nodes[n] = kPerStep * largest;
-          more = more || largest > 0;
+          for_neighbours(n, [&](std::size_t other) {
+            solved[n] = std::max(solved[n], was_solved[other]);
+            smoothness[n] = std::max(smoothness[n], kPerStep * before[other]);
+          });
         }
       }
     });
-    return values;
   }
 
   template <class Visit>
@@ -92,57 +96,62 @@ class Solver {
   /// The mean of what the equations ask for around each node; next to it where they ask for nothing.
   [[nodiscard]] Block start(const Block& b, std::size_t width) const {
     Block x(b.size());
+    std::vector<std::uint8_t> known(total_.size());
+    for (std::size_t n = 0; n < total_.size(); ++n) {
+      if (!(total_[n] > 0)) continue;
+      known[n] = 1;
+      for (std::size_t c = 0; c < width; ++c) x[n * width + c] = b[n * width + c] / total_[n];
+    }
+    continue_from(known, width, x);
+    return x;
+  }
+
+  /// Gives each other node the value of a known one next to it, and so on.
+  void continue_from(const std::vector<std::uint8_t>& of, std::size_t width, Block& x) const {
     parallel_for(slices_, [&](std::uint64_t slice) {
-      std::vector<bool> known(cells_);
-      for (std::size_t k = 0; k < cells_; ++k) {
-        const std::size_t n = slice * cells_ + k;
-        known[k] = total_[n] > 0;
-        for (std::size_t c = 0; c < width && known[k]; ++c) x[n * width + c] = b[n * width + c] / total_[n];
-      }
+      const std::size_t base = slice * cells_;
+      std::vector<std::uint8_t> known(of.data() + base, of.data() + base + cells_);
       for (bool more = true; more;) {
         more = false;
-        const std::vector<bool> before = known;
+        const std::vector<std::uint8_t> before = known;
         for (std::size_t k = 0; k < cells_; ++k) {
-          if (before[k]) continue;
           for_neighbours(k, [&](std::size_t other) {
-            if (!before[other] || known[k]) return;
-            known[k] = more = true;
-            for (std::size_t c = 0; c < width; ++c) {
-              x[(slice * cells_ + k) * width + c] = x[(slice * cells_ + other) * width + c];
-            }
+            if (before[other] == 0 || known[k] != 0) return;
+            known[k] = 1;
+            more = true;
+            std::copy_n(x.begin() + (base + other) * width, width, x.begin() + (base + k) * width);
           });
         }
       }
     });
-    return x;
   }
 
-  /// Adds what smoothness asks for, times `x`.
+  /// Adds what smoothness asks for, times `x`. It counts for as much as at the node where it counts least: next to the
+  /// horizon equations weigh a thousand times more than a few nodes on.
   void smooth(const Block& x, std::size_t width, Block& result) const {
     parallel_for(slices_, [&](std::uint64_t slice) {
       const std::size_t base = slice * cells_;
-      const auto along = [&](std::size_t n, std::size_t step, bool inner, bool any) {
+      const auto along = [&](std::size_t n, std::size_t step, bool inner) {
+        const double* weight = smoothness_.data() + base + n;
+        const double of_two = solved_[base + n] * solved_[base + n + step] * std::min(weight[0], weight[step]);
+        const double of_three = inner ? solved_[base + n - step] * std::min(of_two, *(weight - step)) : 0;
         for (std::size_t c = 0; c < width; ++c) {
           const auto at = [&](std::size_t k) { return (base + k) * width + c; };
-          const double strength = smoothness_[base + n];
-          if (inner) {
-            const double bend = kSecondDifferences * strength * (x[at(n - step)] - 2 * x[at(n)] + x[at(n + step)]);
-            result[at(n - step)] += bend;
-            result[at(n)] -= 2 * bend;
-            result[at(n + step)] += bend;
-          }
-          if (any) {
-            const double slope = kFirstDifferences * strength * (x[at(n + step)] - x[at(n)]);
-            result[at(n + step)] += slope;
-            result[at(n)] -= slope;
-          }
+          const double slope = kFirstDifferences * of_two * (x[at(n + step)] - x[at(n)]);
+          result[at(n + step)] += slope;
+          result[at(n)] -= slope;
+          if (!inner) continue;
+          const double bend = kSecondDifferences * of_three * (x[at(n - step)] - 2 * x[at(n)] + x[at(n + step)]);
+          result[at(n - step)] += bend;
+          result[at(n)] -= 2 * bend;
+          result[at(n + step)] += bend;
         }
       };
       for (std::size_t n = 0; n < cells_; ++n) {
         const std::size_t i = n % grid_.x_count;
         const std::size_t j = n / grid_.x_count;
-        along(n, 1, i > 0 && i + 1 < grid_.x_count, i + 1 < grid_.x_count);
-        along(n, grid_.x_count, j > 0 && j + 1 < grid_.y_count, j + 1 < grid_.y_count);
+        if (i + 1 < grid_.x_count) along(n, 1, i > 0);
+        if (j + 1 < grid_.y_count) along(n, grid_.x_count, j > 0);
       }
     });
   }
@@ -186,8 +195,7 @@ class Solver {
     Block direction = z;
     std::array<double, kWidth> energy = dots(residual, z, width);
     const std::array<double, kWidth> begun = energy;
-    const int most = slices_ * cells_ < kLarge ? kMostIterations : kMostIterationsOfLarge;
-    for (int iteration = 0; iteration < most; ++iteration) {
+    for (int iteration = 0; iteration < kMostIterations; ++iteration) {
       bool enough = true;
       for (std::size_t c = 0; c < width; ++c) enough = enough && energy[c] <= kEnough * kEnough * begun[c];
       if (enough) break;
@@ -216,8 +224,16 @@ class Solver {
   std::vector<double> diagonal_;
   std::vector<double> total_;
   std::vector<double> smoothness_;
+  std::vector<std::uint8_t> solved_;
   std::vector<Block> parts_;
 };
+
+/// Weights of the four nodes around the place of an equation.
+std::array<double, 4> shares_of(const RglEquation& equation) {
+  const double x = equation.x;
+  const double y = equation.y;
+  return {(1 - y) * (1 - x), (1 - y) * x, y * (1 - x), y * x};
+}
 
 }  // namespace
 
@@ -225,9 +241,10 @@ void RglPanel::add(const RglEquation& equation, std::span<const double> target) 
   equations_.push_back(equation);
   if (right_side_.empty()) right_side_.resize(slice_count * cells_ * channels_);
   const std::array<std::size_t, 4> nodes = nodes_of(equation);
+  const std::array<double, 4> shares = shares_of(equation);
   for (std::size_t s = 0; s < slice_count; ++s) {
     for (std::size_t tap = 0; tap < 4; ++tap) {
-      const double weight = double{equation.weight} * equation.slice[s] * equation.node[tap];
+      const double weight = double{equation.weight} * equation.slice[s] * shares[tap];
       double* sums = right_side_.data() + (s * cells_ + nodes[tap]) * channels_;
       for (std::size_t c = 0; c < channels_; ++c) sums[c] += weight * target[c];
     }
@@ -237,9 +254,10 @@ void RglPanel::add(const RglEquation& equation, std::span<const double> target) 
 void RglPanel::add_diagonal(std::span<double> diagonal, std::span<double> total) const {
   for (const RglEquation& equation : equations_) {
     const std::array<std::size_t, 4> nodes = nodes_of(equation);
+    const std::array<double, 4> shares = shares_of(equation);
     for (std::size_t s = 0; s < slice_count; ++s) {
       for (std::size_t tap = 0; tap < 4; ++tap) {
-        const double share = double{equation.slice[s]} * equation.node[tap];
+        const double share = equation.slice[s] * shares[tap];
         diagonal[slices[s] * cells_ + nodes[tap]] += equation.weight * share * share;
         total[slices[s] * cells_ + nodes[tap]] += equation.weight * share;
       }
@@ -250,11 +268,12 @@ void RglPanel::add_diagonal(std::span<double> diagonal, std::span<double> total)
 void RglPanel::lift(std::span<double> unknowns) const {
   for (const RglEquation& equation : equations_) {
     const std::array<std::size_t, 4> nodes = nodes_of(equation);
+    const std::array<double, 4> shares = shares_of(equation);
     for (std::size_t c = 0; c < channels_; ++c) {
       double value = 0;
       const auto visit = [&](const auto& take) {
         for (std::size_t k = 0; k < 4 * slice_count; ++k) {
-          const double share = double{equation.slice[k / 4]} * equation.node[k % 4];
+          const double share = equation.slice[k / 4] * shares[k % 4];
           if (share > 0) take(share, unknowns[(slices[k / 4] * channels_ + c) * cells_ + nodes[k % 4]]);
         }
       };
@@ -267,11 +286,12 @@ void RglPanel::lift(std::span<double> unknowns) const {
 void RglPanel::multiply(std::span<const double> x, std::size_t width, std::span<double> result) const {
   for (const RglEquation& equation : equations_) {
     const std::array<std::size_t, 4> nodes = nodes_of(equation);
+    const std::array<double, 4> shares = shares_of(equation);
     std::array<double, kWidth> value = {};
     for (std::size_t s = 0; s < slice_count; ++s) {
       if (equation.slice[s] == 0) continue;
       for (std::size_t tap = 0; tap < 4; ++tap) {
-        const double share = double{equation.slice[s]} * equation.node[tap];
+        const double share = equation.slice[s] * shares[tap];
         const double* from = x.data() + (slices[s] * cells_ + nodes[tap]) * width;
         for (std::size_t c = 0; c < width; ++c) value[c] += share * from[c];
       }
@@ -280,7 +300,7 @@ void RglPanel::multiply(std::span<const double> x, std::size_t width, std::span<
     for (std::size_t s = 0; s < slice_count; ++s) {
       if (equation.slice[s] == 0) continue;
       for (std::size_t tap = 0; tap < 4; ++tap) {
-        const double share = double{equation.slice[s]} * equation.node[tap];
+        const double share = equation.slice[s] * shares[tap];
         double* to = result.data() + (s * cells_ + nodes[tap]) * width;
         for (std::size_t c = 0; c < width; ++c) to[c] += share * value[c];
       }

@@ -15,8 +15,9 @@ namespace sbrdf::internal {
 
 /// One value that interpolation is to give.
 struct RglEquation {
-  std::uint32_t first = 0;          ///< node of a slice; the others are the next, and those a row on
-  std::array<float, 4> node = {};   ///< weights of these four
+  std::uint32_t first = 0;  ///< node of a slice; the others are the next, and those a row on
+  float x = 0;              ///< how far from the first node to the next, and to the next row, in [0, 1]
+  float y = 0;
   std::array<float, 4> slice = {};  ///< weights of the panel's slices
   float weight = 0;                 ///< of the squared error
 };
@@ -38,6 +39,8 @@ class RglPanel {
     return place;
   }
 
+  /// Room for so many equations, and no more.
+  void reserve(std::size_t equation_count) { equations_.reserve(equation_count); }
   /// `target` holds a value for each channel.
   void add(const RglEquation& equation, std::span<const double> target);
 
@@ -65,7 +68,8 @@ class RglPanel {
 };
 
 /// The unknowns [slice, channel, node] that solve the equations best, and vary smoothly where these say little: second
-/// differences along x and y within a slice count a little, first differences less.
+/// differences along x and y within a slice count a little, first differences less. Nodes more than two steps from any
+/// equation have the value of the nearest that is not.
 [[nodiscard]] std::vector<double> solve_least_squares(std::span<const RglPanel> panels, const RglGrid& grid,
                                                       std::size_t slice_count, std::size_t channel_count);
 

@@ -23,6 +23,13 @@ constexpr double kLargestTheta = radians_from_degrees(80);
 constexpr double kLeastNormals = 1e-9;
 /// Share of a density of visible normals that is the same everywhere.
 constexpr double kEvenShare = 1e-3;
+/// Power of the density that the paper has.
+constexpr double kPower = 0.5;
+/// Share of what is denser towards the horizon: isotropic, anisotropic.
+constexpr double kGrazingShare = 0.3;
+constexpr double kAnisotropicGrazingShare = 0.5;
+/// How near the horizon that becomes even, above it and below [cosine of theta_v].
+constexpr double kGrazingCosine = 0.1;
 
 double unit(std::size_t k, std::size_t count) { return static_cast<double>(k) / static_cast<double>(count - 1); }
 
@@ -87,6 +94,13 @@ class ProjectedArea {
   std::vector<double> weights_;
 };
 
+/// Where f_r cos(theta_v) of a diffuse material asks for nodes: its relative bend grows towards the horizon, its bend
+/// along x with x. Below the horizon a few are enough.
+double grazing_density(const RglPoint& u, double cosine) {
+  const double below = std::min(cosine, 0.0) / kGrazingCosine;
+  return (0.3 + u.x) / (std::sqrt(std::max(cosine, 0.0) + kGrazingCosine) * (1 + below * below));
+}
+
 std::vector<float> floats_of(std::span<const double> values) { return {values.begin(), values.end()}; }
 
 /// Normals are scaled so that those within sight of the normal make an area of 1.
@@ -134,25 +148,29 @@ double fill_microfacets(const BrdfSource& source, RglMaterial& material) {
   return black ? 0 : 4 * largest * RglTable(area.grid(), material.sigma).at(at_peak) / ndf[peak];
 }
 
-void fill_visible_normals(std::size_t size, double power, RglMaterial& material) {
+void fill_visible_normals(std::size_t size, RglMaterial& material) {
   material.vndf_grid = {size, size};
   const std::size_t cells = material.vndf_grid.cell_count();
   material.vndf.resize(material.slice_count() * cells);
   const RglTable ndf(material.ndf_grid, material.ndf);
+  const double share = material.isotropic() ? kGrazingShare : kAnisotropicGrazingShare;
   parallel_for(material.slice_count(), [&](std::uint64_t slice) {
     const std::size_t thetas = material.theta_i.size();
     const Direction i = {material.theta_i[slice % thetas], material.phi_i[slice / thetas]};
-    std::vector<double> density(cells);
-    double sum = 0;
+    std::vector<double> lobe(cells);
+    std::vector<double> grazing(cells);
+    double lobe_sum = 0;
+    double grazing_sum = 0;
     for (std::size_t n = 0; n < cells; ++n) {
       const RglPoint u = {unit(n % size, size), unit(n / size, size)};
-      density[n] = std::pow(ndf.at(u) * rgl_reflection(i, u).solid_angle, power);
-      sum += density[n];
+      const RglReflection reflected = rgl_reflection(i, u);
+      lobe_sum += lobe[n] = std::pow(ndf.at(u) * reflected.solid_angle, kPower);
+      grazing_sum += grazing[n] = grazing_density(u, reflected.v.z);
     }
-    const double even = kEvenShare * sum / static_cast<double>(cells);
-    sum *= 1 + kEvenShare;
     for (std::size_t n = 0; n < cells; ++n) {
-      material.vndf[slice * cells + n] = static_cast<float>((density[n] + even) / sum);
+      const double density = (1 - share - kEvenShare) * lobe[n] / lobe_sum + share * grazing[n] / grazing_sum +
+                             kEvenShare / static_cast<double>(cells);
+      material.vndf[slice * cells + n] = static_cast<float>(density);
     }
   });
 }

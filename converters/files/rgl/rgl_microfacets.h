@@ -19,9 +19,10 @@ namespace sbrdf::internal {
 /// source is 0 wherever light and viewer are the same.
 [[nodiscard]] double fill_microfacets(const BrdfSource& source, RglMaterial& material);
 
-/// Fills `vndf` on `size` x `size` nodes: the density of visible normals over the square, ndf(m) max(i.m, 0) times the
-/// solid angle of a part of it, to the power of `power`, and a little everywhere. With 1 it is that of the paper; less
-/// spreads the nodes of the colours more evenly. Each slice is scaled to a mean of 1 / size^2, as in published files.
-void fill_visible_normals(std::size_t size, double power, RglMaterial& material);
+/// Fills `vndf` on `size` x `size` nodes, so that the nodes of the colours lie where a source asks for them: most after
+/// the square root of the paper's density of visible normals, ndf(m) max(i.m, 0) times the solid angle of a part of the
+/// square, which spreads them over narrow lobes and wide ones; the others towards the horizon of theta_v, where
+/// relative errors grow. Few lie below it. Each slice has a mean of 1 / size^2, as in published files.
+void fill_visible_normals(std::size_t size, RglMaterial& material);
 
 }  // namespace sbrdf::internal

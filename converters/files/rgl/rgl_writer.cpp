@@ -28,13 +28,12 @@ namespace {
 
 constexpr std::uint64_t kWarpSize = 128;
 constexpr std::uint64_t kColourSize = 64;
-constexpr std::uint64_t kThetaCount = 24;
+constexpr std::uint64_t kThetaCount = 32;
 // Of anisotropic sources, which have as many slices for each azimuth.
+constexpr std::uint64_t kAnisotropicWarpSize = 64;
 constexpr std::uint64_t kAnisotropicColourSize = 32;
 constexpr std::uint64_t kAnisotropicThetaCount = 16;
-constexpr std::uint64_t kPhiCount = 17;
-/// Powers of the density of visible normals that are tried.
-constexpr std::array kPowers = {1.0, 0.5};
+constexpr std::uint64_t kPhiCount = 33;
 constexpr std::size_t kLongestDescription = 200;
 
 enum class RglValues : std::uint8_t { kRgb, kSpectra };
@@ -60,19 +59,19 @@ constexpr std::array kOptions = {
                .kind = OptionKind::kCount,
                .unit = "N",
                .counts = {4, 1024},
-               .fallback = "those of an RGL IN, else 128",
+               .fallback = "those of an RGL IN, else 128, anisotropic 64",
                .meaning = "Nodes along each side of the density that an RGL OUT warps directions by"},
     OptionSpec{.name = "rgl-theta",
                .kind = OptionKind::kCount,
                .unit = "N",
                .counts = {2, 128},
-               .fallback = "those of an RGL IN, else 24, anisotropic 16",
+               .fallback = "those of an RGL IN, else 32, anisotropic 16",
                .meaning = "Elevations of the light of an RGL OUT, from 0 to 90 degrees"},
     OptionSpec{.name = "rgl-phi",
                .kind = OptionKind::kCount,
                .unit = "N",
                .counts = {5, 361},
-               .fallback = "17",
+               .fallback = "33",
                .meaning = "Azimuths of the light of an anisotropic RGL OUT, both ends of the full turn among them"},
     OptionSpec{.name = "rgl-values",
                .kind = OptionKind::kChoice,
@@ -160,11 +159,13 @@ Result<Prepared> prepare(const BrdfSource& source, const Options& options, Repor
   return prepared;
 }
 
-/// Evenly spaced in the cosine, as far as possible what the paper's own device would take.
+/// Halfway between evenly spaced and evenly in the cosine: steps of 17 degrees at the normal are too wide for a cosine
+/// of theta_v that falls to 0 elsewhere.
 std::vector<float> elevations(std::uint64_t count) {
   std::vector<float> nodes;
   for (std::uint64_t k = 0; k < count; ++k) {
-    nodes.push_back(static_cast<float>(std::acos(1 - static_cast<double>(k) / static_cast<double>(count - 1))));
+    const double part = static_cast<double>(k) / static_cast<double>(count - 1);
+    nodes.push_back(static_cast<float>((std::acos(1 - part) + part * kPi / 2) / 2));
   }
   return nodes;
 }
@@ -187,7 +188,7 @@ RglMaterial make_material(const BrdfSource& source, const Options& options) {
   material.theta_i = elevations(options.count("rgl-theta").value_or(isotropic ? kThetaCount : kAnisotropicThetaCount));
   const std::size_t size = options.count("rgl-size").value_or(isotropic ? kColourSize : kAnisotropicColourSize);
   material.colour_grid = {size, size};
-  const std::size_t warp_size = options.count("rgl-warp-size").value_or(kWarpSize);
+  const std::size_t warp_size = options.count("rgl-warp-size").value_or(isotropic ? kWarpSize : kAnisotropicWarpSize);
   material.vndf_grid = {warp_size, warp_size};
   return material;
 }
@@ -195,7 +196,7 @@ RglMaterial make_material(const BrdfSource& source, const Options& options) {
 /// The tables of the RGL file that the source is, so that only colours are fitted again, and come out as they were
 /// where they have the same nodes. Nothing where options ask for other nodes, or there is no such file.
 std::optional<RglMaterial> own_material(const BrdfSource& source, const Options& options) {
-  const auto stored = source.stored("rgl");
+  const auto stored = source.stored(kRglTables);
   if (stored == nullptr || !stored->view()) return std::nullopt;
   if (options.has("rgl-theta") || options.has("rgl-phi") || options.has("rgl-warp-size")) return std::nullopt;
   const Result<TensorFile> tensors = parse_tensor_file(*stored->view());
@@ -277,9 +278,9 @@ Status check_rgl_options(const Options& options) {
 
 namespace {
 
-/// The best of what is tried: each power of the density of visible normals, or the file's own tables.
-Result<Encoded> encode_best(const BrdfSource& source, const BrdfSource& encoded, const Prepared& prepared,
-                            const Options& options, const Progress& progress) {
+/// With the file's own tables where it has some.
+Result<Encoded> encode_all(const BrdfSource& source, const BrdfSource& encoded, const Prepared& prepared,
+                           const Options& options, const Progress& progress) {
   const std::optional<RglMaterial> own = own_material(source, options);
   RglMaterial material = own ? *own : make_material(source, options);
   material.description = printable_text(source.traits().description, kLongestDescription);
@@ -297,15 +298,8 @@ Result<Encoded> encode_best(const BrdfSource& source, const BrdfSource& encoded,
   // What came out is measured against what was asked for; one channel stands for the three that it became.
   const BrdfSource& reference = prepared.reduced && source.channel_count() != 1 ? *prepared.reduced : source;
   if (own) return encode(reference, encoded, std::move(material), request, progress);
-  std::optional<Encoded> best;
-  for (const double power : kPowers) {
-    material = guessed;
-    fill_visible_normals(material.vndf_grid.x_count, power, material);
-    Result<Encoded> tried = encode(reference, encoded, std::move(material), request, progress);
-    if (!tried) return tried;
-    if (!best || tried->error.rel_l1_percent < best->error.rel_l1_percent) best = *std::move(tried);
-  }
-  return *std::move(best);
+  fill_visible_normals(guessed.vndf_grid.x_count, guessed);
+  return encode(reference, encoded, std::move(guessed), request, progress);
 }
 
 }  // namespace
@@ -321,12 +315,12 @@ Status save_rgl(const BrdfSource& source, ByteSink& sink, const Options& options
   if (!prepared) return prepared.error();
   const BrdfSource& given = prepared->reduced ? *prepared->reduced : source;
   const BrdfSource& encoded = prepared->filled ? *prepared->filled : given;
-  const Result<Encoded> best = encode_best(source, encoded, *prepared, options, progress);
-  if (!best) return best.error();
-  remark_shape(report, best->material);
-  remark_losses(report, source, best->losses, policy_of(options, NonFinite::kRefuse).negatives);
-  remark_resampling(report, given, best->error);
-  return sink.write(0, best->bytes);
+  const Result<Encoded> made = encode_all(source, encoded, *prepared, options, progress);
+  if (!made) return made.error();
+  remark_shape(report, made->material);
+  remark_losses(report, source, made->losses, policy_of(options, NonFinite::kRefuse).negatives);
+  remark_resampling(report, given, made->error);
+  return sink.write(0, made->bytes);
 }
 
 }  // namespace sbrdf::internal

@@ -26,8 +26,7 @@ inline constexpr std::uint64_t kRglMostWarpNodes = std::uint64_t{1} << 26U;
 ///
 /// Of such a source with one azimuth the tables stay, unless options ask for other nodes, and the colours alone are
 /// fitted. Otherwise a material is made with the fields of the database's files: of microfacets that reflect much as
-/// the source does (rgl_microfacets.h), with the colours fitted (rgl_fit.h), once with the density of visible normals
-/// and once with its square root; the one that comes nearer to the source stays. A source of one channel is repeated in
+/// the source does (rgl_microfacets.h), with the colours fitted (rgl_fit.h). A source of one channel is repeated in
 /// R, G and B; one whose channels are wavelengths becomes a spectral file, or an RGB one with --rgl-values rgb. What
 /// the source did not measure is filled from around it. Lost: values between the nodes of the source, as the report
 /// says.

@@ -256,6 +256,28 @@ TEST(RglWriter, KeepsTheTablesOfAnRglFileWhoseColoursAloneAreResampled) {
   EXPECT_LT(difference_percent(*source, *read(again->bytes)), 0.1);
 }
 
+TEST(RglWriter, KeepsTheTablesOfAnRglFileThatIsReadWithoutItsNegatives) {
+  SmallMaterial material;
+  material.jacobian = 1;
+  material.rgb = [](std::size_t, std::size_t channel, std::size_t x, std::size_t y) {
+    return channel == 1 && x == 0 ? -1.0F : float(1 + x + y);
+  };
+  const Bytes file = emit(material.fields());
+  const TensorFile before = *parse_tensor_file(file);
+  for (const char* negatives : {"keep", "clamp", "unmeasured"}) {
+    const Options options = Options().set("negatives", negatives);
+    const auto source = read(file, options);
+    ASSERT_NE(source->stored(kRglTables), nullptr) << negatives;
+    const auto again = write(*source, options);
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(remark(again->report, "copied"), std::nullopt) << negatives;
+    const TensorFile after = *parse_tensor_file(again->bytes);
+    for (const char* name : {"theta_i", "sigma", "ndf", "vndf"}) {
+      EXPECT_EQ(elements_of<float>(before, name), elements_of<float>(after, name)) << negatives << " " << name;
+    }
+  }
+}
+
 TEST(RglWriter, RepeatsAnOnlyChannelAndRefusesOtherNumbers) {
   const FunctionSource grey = isotropic({"Y"});
   const auto written = write(grey, small());
