@@ -71,14 +71,15 @@ int run(int argc, char** argv) {
 }
 
 [[noreturn]] void try_file(int argc, char** argv) {
+  bool tried = true;
   try {
     const std::span all(argv, static_cast<std::size_t>(argc));
     sbrdf::internal::run_with_possible_threads(
-        [&] { sbrdf::internal::open_in_trial(all.subspan(sbrdf::internal::kTrialArguments)); });
+        [&] { tried = sbrdf::internal::open_in_trial(all.subspan(sbrdf::internal::kTrialArguments)); });
   } catch (const std::exception&) {
     // Want of memory, which the program itself will tell of.
   }
-  sbrdf::internal::end_trial();
+  sbrdf::internal::end_trial(tried);
 }
 
 }  // namespace

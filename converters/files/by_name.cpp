@@ -76,7 +76,7 @@ Status survive_trial(const Format& format, const ByteSource& bytes, const Option
 
 }  // namespace
 
-void open_in_trial(std::span<char* const> arguments) {
+bool open_in_trial(std::span<char* const> arguments) {
   Options options;
   for (const std::string_view argument : arguments) {
     const std::size_t equals = argument.find('=');
@@ -84,7 +84,9 @@ void open_in_trial(std::span<char* const> arguments) {
     options.set(std::string(argument.substr(0, equals)), std::string(argument.substr(equals + 1)));
   }
   const Result<Bytes> bytes = open_file(kTrialFile);
-  if (bytes) std::ignore = source_in(*bytes, options);
+  if (!bytes) return false;
+  std::ignore = source_in(*bytes, options);
+  return true;
 }
 
 Result<std::shared_ptr<const ByteSource>> open_named_bytes(const std::string& text, const MemoryLimit& limit) {

@@ -42,8 +42,8 @@ struct OpenedSource {
 [[nodiscard]] std::optional<const Format*> format_of(const std::string& text, const MemoryLimit& limit = {});
 
 /// What a trial (formats/os/trial.h) is to do: opens and closes its file as source_in does. The arguments are those of
-/// the process behind kTrialArguments.
-void open_in_trial(std::span<char* const> arguments);
+/// the process behind kTrialArguments. False where there is no file to be tried.
+[[nodiscard]] bool open_in_trial(std::span<char* const> arguments);
 
 /// The path of the file that is read for `text`, which may name a material in it or its kind, too; nothing for a
 /// built-in model. It need not be there.

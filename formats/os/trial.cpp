@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,21 +34,30 @@ constexpr int kNotStarted = 127;  // what a process that could not be loaded end
 
 std::atomic<bool> allowed = false;
 
-/// The bytes as a file: the very same ones, as what is on the disk may change; but a large file is not copied.
-Result<Descriptor> file_of(const ByteSource& bytes) {
-  if (bytes.size() > kMapFrom && !bytes.path().empty()) {
-    return Descriptor(::open(bytes.path().c_str(), O_RDONLY | O_CLOEXEC));
-  }
+/// A copy of the bytes: the very same ones, as what is on the disk may change. A number below 0 where there is no room,
+/// or files may not be so large.
+Result<Descriptor> copy_of(const ByteSource& bytes) {
   Descriptor file(::memfd_create("trial", MFD_CLOEXEC));
   std::vector<std::byte> piece;
   for (std::uint64_t done = 0; file.number() >= 0 && done < bytes.size();) {
     piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, bytes.size() - done)));
     if (Status read = bytes.read(done, piece); !read) return read.error();
+    errno = 0;
     const ssize_t put = ::pwrite(file.number(), piece.data(), piece.size(), static_cast<off_t>(done));
     if (put <= 0 && errno != EINTR) return Descriptor(-1);
     if (put > 0) done += static_cast<std::uint64_t>(put);
   }
   return file;
+}
+
+/// The bytes as a file. A large one is not copied, nor is one for which there is no room.
+Result<Descriptor> file_of(const ByteSource& bytes) {
+  const bool named = !bytes.path().empty();
+  if (!named || bytes.size() <= kMapFrom) {
+    Result<Descriptor> copy = copy_of(bytes);
+    if (!copy || copy->number() >= 0 || !named) return copy;
+  }
+  return Descriptor(::open(bytes.path().c_str(), O_RDONLY | O_CLOEXEC));
 }
 
 /// Standard input is the file; what is printed goes nowhere. The process keeps one end of a pipe until it is over,
@@ -101,7 +111,11 @@ void begin_time() {
 
 }  // namespace
 
-void allow_trials() { allowed = true; }
+void allow_trials() {
+  // Who ignores it, as the parent of this process may have made it do, cannot wait for its own.
+  std::signal(SIGCHLD, SIG_DFL);
+  allowed = true;
+}
 
 Result<TrialEnd> try_apart(const ByteSource& bytes, const std::vector<std::string>& arguments) {
   if (!allowed) return TrialEnd::kImpossible;
@@ -129,6 +143,7 @@ Result<TrialEnd> try_apart(const ByteSource& bytes, const std::vector<std::strin
 
 bool is_trial(int argc, char** argv) {
   if (argc < kTrialArguments || argv[1] != kWord) return false;
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // who waits for it may be killed
   const rlimit none = {0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
   begin_time();
@@ -136,6 +151,6 @@ bool is_trial(int argc, char** argv) {
   return true;
 }
 
-void end_trial() { ::_exit(kDone); }
+void end_trial(bool tried) { ::_exit(tried ? kDone : kNotStarted); }
 
 }  // namespace sbrdf::internal

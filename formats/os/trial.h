@@ -13,8 +13,7 @@ namespace sbrdf::internal {
 // says so tries such a file in a process of its own first, which is the program once more:
 //
 //   if (is_trial(argc, argv)) {
-//     open_and_close(kTrialFile);  // the bytes are those of the file that is tried
-//     end_trial();
+//     end_trial(open_and_close(kTrialFile));  // the bytes are those of the file that is tried
 //   }
 //   allow_trials();
 //
@@ -23,7 +22,8 @@ namespace sbrdf::internal {
 /// Path of the file that a trial is about, in its process.
 inline constexpr const char* kTrialFile = "/proc/self/fd/0";
 
-/// From here on try_apart() starts the program again. Called by main(), before there are threads.
+/// From here on try_apart() starts the program again. Called by main(), before there are threads; SIGCHLD has its
+/// default meaning from here on.
 void allow_trials();
 
 /// How a trial went.
@@ -45,7 +45,8 @@ enum class TrialEnd : std::uint8_t {
 inline constexpr int kTrialArguments = 2;
 inline constexpr int kTrialSeconds = 4;
 
-/// Says that it came to its end, without what else is done at the end of a program.
-[[noreturn]] void end_trial();
+/// Says that it came to its end, without what else is done at the end of a program; or that the file could not be
+/// tried.
+[[noreturn]] void end_trial(bool tried);
 
 }  // namespace sbrdf::internal

@@ -89,6 +89,14 @@ TEST_F(DamagedHdf5, EndsTheProgramByNoChangeOfAByte) {
   }
 }
 
+// As a shell, a service or another program may have left it.
+TEST_F(DamagedHdf5, IsRefusedWhateverTheProgramInherited) {
+  const std::string file = damaged("falls.h5", kFalls);
+  expect_survived(run_sbrdf({"info", file}, {.largest_file = 1024}), file);
+  expect_survived(run_command({"env", "--ignore-signal=CHLD", SBRDF_PROGRAM, "info", file}), file);
+  EXPECT_EQ(run_sbrdf({"info", kWhole}, {.largest_file = 1024}).exit_code, 0);
+}
+
 TEST_F(DamagedHdf5, LeavesTimeForASignal) {
   const std::string file = damaged("endless.h5", kEndless);
   const ProgramRun run = run_sbrdf({"info", file}, {.signal = SentSignal{SIGTERM, std::chrono::milliseconds(500)}});
