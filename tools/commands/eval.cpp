@@ -159,10 +159,7 @@ class Evaluation {
     const std::size_t channels = source_.channel_count();
     std::vector<DirectionPair> pairs;
     const double theta_max = radians_from_degrees(source_.traits().theta_max_deg) + 1e-9;
-    for (const DirectionRow& row : rows_) {
-      pairs.push_back(row.below_horizon ? DirectionPair() : row.pair);
-      beyond_ += std::max(pairs.back().i.theta, pairs.back().v.theta) > theta_max ? 1 : 0;
-    }
+    for (const DirectionRow& row : rows_) pairs.push_back(row.below_horizon ? DirectionPair() : row.pair);
     answered_ += rows_.size();
     std::vector<float> f_r(pairs.size() * channels);
     evaluate_in_parallel(source_, pairs, f_r);
@@ -171,6 +168,8 @@ class Evaluation {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       if (rows_[k].below_horizon) measured[k] = 1;
       unmeasured_ += measured[k] == 0 ? 1 : 0;
+      const bool told = measured[k] != 0 || options_.filled;  // with a number
+      beyond_ += told && std::max(pairs[k].i.theta, pairs[k].v.theta) > theta_max ? 1 : 0;
     }
     std::vector<double> values(f_r.begin(), f_r.end());
     for (std::size_t k = 0; k < values.size(); ++k) {
@@ -214,7 +213,7 @@ class Evaluation {
   std::optional<std::uint64_t> blank_line_;
   std::vector<DirectionRow> rows_;
   std::uint64_t answered_ = 0;
-  std::uint64_t beyond_ = 0;      ///< of them, pairs with a direction beyond theta_max
+  std::uint64_t beyond_ = 0;      ///< of them, pairs with a direction beyond theta_max and a value
   std::uint64_t unmeasured_ = 0;  ///< of them, pairs at which nothing was measured
   bool row_written_ = false;
 };

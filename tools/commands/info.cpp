@@ -209,6 +209,10 @@ Result<std::vector<LevelRow>> measure_levels(const InfoOptions& options) {
 }
 
 int run_levels(const InfoOptions& options) {
+  if (options.given.has("material")) {
+    return report_error(options.file,
+                        usage_error("--levels takes the name of a material behind a ':', as in BUNDLE:NAME"));
+  }
   const Result<std::vector<LevelRow>> rows = measure_levels(options);
   if (!rows) return report_error(options.file, rows.error());
   Json json = Json::array();
