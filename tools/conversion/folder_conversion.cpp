@@ -31,9 +31,8 @@ bool is_same(const fs::path& a, const fs::path& b) {
 }
 
 bool lies_in(const fs::path& inner, const fs::path& outer) {
-  std::error_code failed;
-  const fs::path whole = fs::weakly_canonical(inner, failed);
-  const fs::path wanted = fs::weakly_canonical(outer, failed);  // it need not be there
+  const fs::path whole = whole_path(inner);
+  const fs::path wanted = whole_path(outer);  // it need not be there
   for (fs::path at = whole; at != at.parent_path(); at = at.parent_path()) {
     if (at == wanted || is_same(at, outer)) return true;
   }
@@ -90,9 +89,9 @@ class FolderRun {
     }
     if (Status apart = check_folders(order_); !apart) return Failure{order_.out_folder, apart.error()};
     const bool reports = !order_.report.empty();
-    // The list leaves it out, so it is not one of the files that are converted.
-    if (Status free = reports ? check_report(order_.report, {}, {}) : ok_status(); !free) {
-      return Failure{order_.report, free.error()};
+    // The list leaves it out: it is none of the files that are converted.
+    if (Status named = reports ? check_report_name(order_.report) : ok_status(); !named) {
+      return Failure{order_.report, named.error()};
     }
     const FolderRules rules = {std::string(order_.format->extension),
                                order_.recursive,

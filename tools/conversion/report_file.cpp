@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "converters/files/by_name.h"
-#include "converters/files/format_table.h"
 #include "formats/os/files.h"
 #include "tools/console/output.h"
 #include "tools/io/outputs.h"
@@ -19,29 +18,40 @@ bool is_among(const std::string& path, const std::vector<std::string>& others) {
                      [&](const std::string& other) { return is_same_place(path, other); });
 }
 
-// An earlier report begins like a damaged file of parameters, so only a row that is sure counts.
-bool is_brdf(const std::string& path) {
+/// Whether something lies there that is neither empty nor an earlier report, which begins with what became of a file.
+Result<bool> holds_something_else(const std::string& path) {
+  if (!exists(path)) return false;
   const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file || (*file)->size() == 0) return false;
-  const Result<std::vector<std::byte>> head = read_start(**file, kHeadSize);
-  return head && std::any_of(formats().begin(), formats().end(), [&](const Format& format) {
-           return format.recognise(*head, (*file)->size()) == Match::kWhole;
-         });
+  if (!file) return file.error();
+  constexpr std::size_t kBeginning = 64;
+  const Result<std::vector<std::byte>> head = read_start(**file, kBeginning);
+  if (!head) return head.error();
+  const std::string_view text(reinterpret_cast<const char*>(head->data()), head->size());
+  const std::string_view first = text.substr(std::min(text.find_first_not_of("[{ \n"), text.size()));
+  return !text.empty() && !first.starts_with("\"result\":") && !first.starts_with(']');
 }
 
 }  // namespace
 
+Status check_report_name(const std::string& path) {
+  if (lower_extension(path) == ".json") return ok_status();
+  return usage_error("the name of a report must end with .json");
+}
+
 Status check_report(const std::string& path, const std::vector<std::string>& read,
                     const std::vector<std::string>& written) {
-  if (lower_extension(path) != ".json") return usage_error("the name of a report must end with .json");
+  if (Status named = check_report_name(path); !named) return named;
   if (is_among(path, read)) return usage_error("is an input, which a report would replace; choose another name");
   if (is_among(path, written)) {
     return usage_error(
         "is a file that is written, or belongs to one, which the report would replace; choose another "
         "name");
   }
-  if (!is_brdf(path)) return ok_status();
-  return usage_error("there is a BRDF of that name, which a report would replace; choose another name or remove it");
+  const Result<bool> other = holds_something_else(path);
+  if (!other) return other.error();
+  if (!*other) return ok_status();
+  return usage_error(
+      "there is a file of another kind of that name, which a report would replace; choose another name or remove it");
 }
 
 Status write_report_file(const std::string& path, const nlohmann::ordered_json& report) {

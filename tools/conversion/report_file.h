@@ -8,9 +8,12 @@
 
 namespace sbrdf::internal {
 
+/// kUsage where a report does not end with .json.
+[[nodiscard]] Status check_report_name(const std::string& path);
+
 /// Whether a report may be written to `path`, asked before long work; whether it can be, check_destination tells.
-/// kUsage where it does not end with .json, is by whatever name one of the files that are `read` or will be `written`
-/// (paths_read, paths_written), or would replace what is recognised as a BRDF.
+/// kUsage as check_report_name, and where it is by whatever name one of the files that are `read` or will be `written`
+/// (paths_read, paths_written), or would replace anything but an earlier report.
 [[nodiscard]] Status check_report(const std::string& path, const std::vector<std::string>& read,
                                   const std::vector<std::string>& written);
 

@@ -17,6 +17,8 @@
 namespace sbrdf::internal {
 namespace {
 
+constexpr std::size_t kLongestBeside = std::size_t{8} << 20U;  // bytes; what is longer belongs to no file
+
 bool is_same_file(const struct stat& status, const std::string& path) {
   struct stat other {};
   return ::stat(path.c_str(), &other) == 0 && other.st_dev == status.st_dev && other.st_ino == status.st_ino;
@@ -42,10 +44,22 @@ const Format* format_of_name(const std::string& path) {
 /// Of a file that is not there.
 std::filesystem::path place_of(const std::string& path) {
   const Result<std::filesystem::path> target = write_target(path);
-  std::error_code failed;
-  std::filesystem::path place =
-      std::filesystem::weakly_canonical(target ? *target : std::filesystem::path(path), failed);
-  return failed ? std::filesystem::path(path) : place;
+  return whole_path(target ? *target : std::filesystem::path(path));
+}
+
+/// Where the file beside one is looked for, and where it is written: behind a link it may be either of two places.
+std::vector<std::string> places_beside(const std::string& path, std::string_view suffix) {
+  std::vector<std::string> places = {path + std::string(suffix)};
+  if (const Result<std::filesystem::path> target = write_target(path)) {
+    std::string behind = target->string() + std::string(suffix);
+    if (behind != places.front()) places.push_back(std::move(behind));
+  }
+  return places;
+}
+
+bool is_among(const std::string& path, const std::vector<std::string>& others) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const std::string& other) { return is_same_place(path, other); });
 }
 
 bool is_input(const std::string& path, std::span<const std::string> inputs) {
@@ -61,21 +75,34 @@ Status check_beside(const std::string& out, const Format& written, std::span<con
   if (Status free = check_destination(beside); !free) {
     return io_error(fmt::format("{}, which belongs to it, {}", beside, free.error().message));
   }
-  if (!exists(beside)) return ok_status();
   const auto refuse = [&](std::string_view why) {
     return usage_error(
         fmt::format("{} {}, which what is written along with this file would replace; choose another "
                     "name or remove it first",
                     beside, why));
   };
+  if (is_same_place(beside, out)) return refuse("is a link to it");
+  if (!exists(beside)) return ok_status();
   if (is_input(beside, inputs)) return refuse("is an input");
-  const Result<std::vector<std::byte>> bytes = read_file(beside);
+  const Result<std::unique_ptr<ByteSource>> file = map_file(beside);
+  if (!file) return file.error();
+  if ((*file)->size() == 0) return ok_status();
+  const Result<std::vector<std::byte>> bytes = read_start(**file, kLongestBeside);
   if (!bytes) return bytes.error();
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-  return text.empty() || written.is_beside(text) ? ok_status() : Status(refuse("is a file of another kind"));
+  const bool replaced = (*file)->size() <= kLongestBeside && written.is_beside(text);
+  return replaced ? ok_status() : Status(refuse("is a file of another kind"));
 }
 
 }  // namespace
+
+std::filesystem::path whole_path(const std::filesystem::path& path) {
+  std::error_code failed;
+  std::filesystem::path whole = std::filesystem::absolute(path, failed);
+  if (failed) return path;
+  std::filesystem::path place = std::filesystem::weakly_canonical(whole, failed);
+  return failed ? whole : place;
+}
 
 bool is_same_place(const std::string& a, const std::string& b) {
   struct stat status {};
@@ -93,7 +120,9 @@ bool is_same_place(const std::string& a, const std::string& b) {
 
 std::vector<std::string> paths_written(const std::string& out, const Format& written) {
   std::vector<std::string> paths = {out};
-  if (!written.beside.empty()) paths.push_back(sibling_path(out, written.beside).string());
+  if (written.beside.empty()) return paths;
+  const std::vector<std::string> beside = places_beside(out, written.beside);
+  paths.insert(paths.end(), beside.begin(), beside.end());
   return paths;
 }
 
@@ -104,7 +133,9 @@ std::vector<std::string> paths_read(std::span<const std::string> inputs) {
     if (!file) continue;
     paths.push_back(*file);
     const Format* format = format_of_content(*file);
-    if (format != nullptr && !format->beside.empty()) paths.push_back(sibling_path(*file, format->beside).string());
+    if (format == nullptr || format->beside.empty()) continue;
+    const std::vector<std::string> beside = places_beside(*file, format->beside);
+    paths.insert(paths.end(), beside.begin(), beside.end());
   }
   return paths;
 }
@@ -114,16 +145,13 @@ Status check_output(const std::string& out, const Format* written, std::span<con
   if (written != nullptr && !written->beside.empty()) {
     if (Status free = check_beside(out, *written, inputs); !free) return free;
   }
-  struct stat status {};
-  if (::stat(out.c_str(), &status) != 0) return ok_status();
   const std::string what = written == nullptr ? "a table of figures" : "a " + std::string(written->description);
-  const std::vector<std::string> read = paths_read(inputs);
-  const bool is_read =
-      std::any_of(read.begin(), read.end(), [&](const auto& path) { return is_same_file(status, path); });
-  const Format* found = format_of_content(out);
-  if (is_read && !is_input(out, inputs)) {
+  const bool is_read = is_among(out, paths_read(inputs));
+  if (is_read && !is_input(out, inputs)) {  // there or not
     return usage_error(fmt::format("belongs to an input; {} would replace it; choose another name", what));
   }
+  if (!exists(out)) return ok_status();
+  const Format* found = format_of_content(out);
   if (found != nullptr && found == written) return ok_status();
   if (is_read) return usage_error(fmt::format("is an input, which {} would replace; choose another name", what));
   const Format* kept = found == nullptr && written == nullptr ? format_of_name(out) : found;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,9 @@ namespace sbrdf::internal {
 ///
 /// kUsage where something would be lost, kIo as check_destination.
 [[nodiscard]] Status check_output(const std::string& out, const Format* written, std::span<const std::string> inputs);
+
+/// From the root, without links, "." and "..", as far as the path is there.
+[[nodiscard]] std::filesystem::path whole_path(const std::filesystem::path& path);
 
 /// Whether two paths mean one file, also one that is still to be made: "./a" and "a", links of both kinds.
 [[nodiscard]] bool is_same_place(const std::string& a, const std::string& b);

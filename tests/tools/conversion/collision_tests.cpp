@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -117,6 +118,54 @@ TEST_F(Collisions, OfAnOutputWithTheDescriptionOfAnInputAreRefused) {
   EXPECT_EQ(read_text(at("in.npy.json")), description_);
 }
 
+// Names from where the program is started say the same as those from the root.
+TEST_F(Collisions, AreSeenBetweenNamesOfEveryKind) {
+  const auto convert = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"env", "-C", folder_ / "work", SBRDF_PROGRAM, "convert"});
+    return run_command(arguments);
+  };
+  fs::create_symlink("out.csv", at("to_out.json"));
+  const std::vector<std::string> before = names();
+  for (const std::string report : {"./out.npy.json", "../work/out.npy.json", "out.npy.json"}) {
+    for (const std::string& out : {std::string("out.npy"), std::string("./out.npy"), at("out.npy")}) {
+      expect_failure(convert({"in.npy", out, "--report", report}), 1, report, "is a file that is written");
+    }
+  }
+  expect_failure(convert({"in.npy", "./out.json", "--to", "csv", "--report", "out.json"}), 1, "out.json",
+                 "is a file that is written");
+  expect_failure(convert({"in.npy", "out.csv", "--report", "to_out.json"}), 1, "to_out.json",
+                 "is a file that is written");
+  expect_failure(convert({"../work", "../out", "--to", "npy", "--report", "./../out/in.npy.json"}), 1,
+                 "./../out/in.npy.json", "is a file that is written");
+  expect_failure(convert({"../work", "../out", "--to", "npy", "--report", "./../out/.sbrdf-convert/new.json"}), 1,
+                 "./../out/.sbrdf-convert/new.json", "lies in the folder that tells what is done");
+  EXPECT_EQ(names(), before);
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST_F(Collisions, OfAReportWithAnythingButAnOlderReportAreRefused) {
+  EXPECT_EQ(write("other.npy").exit_code, 0);
+  write_bytes(at("mine.json"), bytes_of(R"({"mine": 1})"));
+  for (const std::string name : {"other.npy.json", "mine.json"}) {
+    const std::string kept = read_text(at(name));
+    expect_failure(run_sbrdf({"convert", at("in.npy"), at("out.csv"), "--report", at(name)}), 1, at(name),
+                   "there is a file of another kind of that name");
+    EXPECT_EQ(read_text(at(name)), kept);
+    EXPECT_FALSE(fs::exists(at("out.csv")));
+  }
+}
+
+TEST_F(Collisions, WithADescriptionThatIsNotThereYetAreRefused) {
+  fs::remove(at("in.npy.json"));
+  expect_failure(run_sbrdf({"convert", at("in.npy"), at("in.npy.json"), "--to", "csv", "--grid", kGrid}), 1,
+                 at("in.npy.json"), "belongs to an input");
+  expect_failure(run_sbrdf({"convert", at("in.npy"), at("out.csv"), "--grid", kGrid, "--report", at("./in.npy.json")}),
+                 1, at("./in.npy.json"), "is an input");
+  fs::create_symlink("out.npy", at("out.npy.json"));
+  expect_failure(write("out.npy"), 1, at("out.npy"), "is a link to it");
+  EXPECT_THAT(names(), ElementsAre("in.npy", "out.npy.json"));
+}
+
 /// A link to an array in another folder.
 class LinksToArrays : public Collisions {
  protected:
@@ -139,6 +188,14 @@ TEST_F(LinksToArrays, PreferTheOneBesideThemselves) {
   EXPECT_EQ(run_sbrdf({"convert", "kurt:fabric112", link_, "--grid", "45:90:45:90"}).exit_code, 0);
   EXPECT_FALSE(fs::exists(at("in.npy.json")));
   EXPECT_EQ(run_sbrdf({"info", link_, "--json"}).json()["isotropic"], false);
+}
+
+TEST_F(LinksToArrays, KeepBothPlacesOfTheirDescriptionFromReports) {
+  for (const std::string& report : {link_ + ".json", at("in.npy.json")}) {
+    expect_failure(run_sbrdf({"convert", link_, folder_ / "out.csv", "--report", report}), 1, report, "is an input");
+    expect_failure(run_sbrdf({"convert", "kurt:fabric112", link_, "--grid", "45:90:45:90", "--report", report}), 1,
+                   report, "is a file that is written");
+  }
 }
 
 TEST_F(LinksToArrays, InAFolderAreConvertedAgainAfterAChangeOfTheDescription) {
