@@ -148,18 +148,10 @@ void limit(const Gaps<Real>& gaps, std::vector<Real>& slopes) {
   }
 }
 
-}  // namespace
-
 template <class Real>
-void slopes_within_limits(Boundary boundary, double length, std::span<const double> positions, const Real* values,
-                          Real* second, std::size_t stride) {
-  const std::size_t n = positions.size();
-  if (n < 2) {
-    for (std::size_t k = 0; k < n; ++k) second[k * stride] = 0;
-    return;
-  }
-  const Gaps<Real> gaps(boundary, length, positions, values, stride);
+std::vector<Real> spline_slopes(const Gaps<Real>& gaps, std::size_t n, const Real* second, std::size_t stride) {
   std::vector<Real> slopes;
+  slopes.reserve(n);
   for (std::size_t k = 0; k < n; ++k) {
     const Real at = second[k * stride];
     if (k < gaps.size()) {
@@ -168,8 +160,34 @@ void slopes_within_limits(Boundary boundary, double length, std::span<const doub
       slopes.push_back(gaps.line(k - 1) + gaps.width(k - 1) * (second[(k - 1) * stride] + 2 * at) / 6);
     }
   }
-  limit(gaps, slopes);
+  return slopes;
+}
+
+template <class Real>
+void second_to_slopes(Boundary boundary, double length, std::span<const double> positions, const Real* values,
+                      Real* second, std::size_t stride, bool limited) {
+  const std::size_t n = positions.size();
+  if (n < 2) {
+    for (std::size_t k = 0; k < n; ++k) second[k * stride] = 0;
+    return;
+  }
+  const Gaps<Real> gaps(boundary, length, positions, values, stride);
+  std::vector<Real> slopes = spline_slopes(gaps, n, second, stride);
+  if (limited) limit(gaps, slopes);
   for (std::size_t k = 0; k < n; ++k) second[k * stride] = slopes[k];
+}
+
+}  // namespace
+
+template <class Real>
+void slopes_within_limits(Boundary boundary, double length, std::span<const double> positions, const Real* values,
+                          Real* second, std::size_t stride) {
+  second_to_slopes(boundary, length, positions, values, second, stride, true);
+}
+
+void slopes_of_spline(Boundary boundary, double length, std::span<const double> positions, const double* values,
+                      double* second, std::size_t stride) {
+  second_to_slopes(boundary, length, positions, values, second, stride, false);
 }
 
 template void slopes_within_limits(Boundary, double, std::span<const double>, const double*, double*, std::size_t);

@@ -29,6 +29,10 @@ extern template void slopes_within_limits(Boundary, double, std::span<const doub
 extern template void slopes_within_limits(Boundary, double, std::span<const double>, const long double*, long double*,
                                           std::size_t);
 
+/// Makes second derivatives the slopes that the spline itself has at its samples, whatever it does between them.
+void slopes_of_spline(Boundary boundary, double length, std::span<const double> positions, const double* values,
+                      double* second, std::size_t stride);
+
 /// The cubic between neighbouring samples with these values and slopes at its ends, `width` [degrees] apart; `t` in [0,
 /// 1] is the fraction of the way. With s = 1 - t and D = y_1 - y_0:
 ///

@@ -54,6 +54,10 @@ class ValueMap {
 
   [[nodiscard]] std::size_t channel_count() const { return maps_.size(); }
 
+  /// Between these `inverse` keeps the values of a channel.
+  [[nodiscard]] Real least(std::size_t channel) const { return least_[channel]; }
+  [[nodiscard]] Real most(std::size_t channel) const { return most_[channel]; }
+
   /// What slices hold for f_r = `f` at frame coordinates `x`; both have one entry per channel.
   void forward(const Coordinates& x, std::span<const float> f, std::span<Real> residual) const;
   /// The same for all samples of a slice: `residuals` becomes samples.size() x channels, channel fastest.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
+#include "codec/evaluation/vector_evaluator.h"
+#include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
@@ -40,6 +43,27 @@ internal::DirectionPair pair_of(const std::array<float, 3>& w_i, const std::arra
                  internal::direction_from_vector({w_v[0], w_v[1], w_v[2]})});
 }
 
+/// On all cores.
+void evaluate_vectors(const internal::VectorEvaluator& evaluator, std::span<const std::array<float, 3>> w_i,
+                      std::span<const std::array<float, 3>> w_v, std::span<float> values) {
+  const std::size_t channels = evaluator.channel_count();
+  internal::parallel_blocks(w_i.size(), kBlock, [&](std::size_t first, std::size_t size) {
+    std::array<glm::vec3, kBlock> i;
+    std::array<glm::vec3, kBlock> v;
+    for (std::size_t done = 0; done < size; done += kBlock) {
+      const std::size_t count = std::min(kBlock, size - done);
+      for (std::size_t k = 0; k < count; ++k) {
+        const auto& from_i = w_i[first + done + k];
+        const auto& from_v = w_v[first + done + k];
+        i[k] = {from_i[0], from_i[1], from_i[2]};
+        v[k] = {from_v[0], from_v[1], from_v[2]};
+      }
+      evaluator.evaluate(std::span(i).first(count), std::span(v).first(count),
+                         values.subspan((first + done) * channels, count * channels));
+    }
+  });
+}
+
 Traits traits_of(const internal::SourceTraits& traits) {
   Traits copy = {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
   for (const internal::Finding& finding : traits.findings) {
@@ -69,12 +93,22 @@ struct [[gnu::visibility("hidden")]] Material::State {
   std::string metadata;
   std::unique_ptr<const internal::BrdfSource> source;  ///< of a whole material
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
+  mutable std::once_flag vectors_asked;
+  mutable std::optional<internal::VectorEvaluator> vectors;
 
   static Result<Material> open(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_model(const std::string& name, const OpenOptions& options);
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
+
+  /// Of a material that consists of slices, made when vectors are asked for the first time; nullptr for others.
+  [[nodiscard]] const internal::VectorEvaluator* for_vectors() const {
+    const internal::DecodedSliced* slices = source ? source->sliced() : nullptr;
+    if (slices == nullptr) return nullptr;
+    std::call_once(vectors_asked, [&] { vectors.emplace(slices->sliced, slices->lattice); });
+    return &*vectors;
+  }
 
   void evaluate(std::span<const internal::DirectionPair> pairs, std::span<float> values) const {
     if (source) return source->evaluate(pairs, values);
@@ -224,6 +258,9 @@ void Material::evaluate(std::span<const DirectionPair> pairs, std::span<float> v
 void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                         std::span<float> values) const {
   assert(w_i.size() == w_v.size());
+  if (const internal::VectorEvaluator* evaluator = state_->for_vectors()) {
+    return evaluate_vectors(*evaluator, w_i, w_v, values);
+  }
   const auto pair_at = [&](std::size_t k) { return pair_of(w_i[k], w_v[k]); };
   state_->evaluate_blocks(w_i.size(), pair_at, values);
 }

@@ -207,8 +207,8 @@ class SBRDF_API Material {
   /// where there is work enough; the same bits as one by one.
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const;
 
-  /// The same for unit vectors x, y, z with the normal at (0, 0, 1); they need not be normalised exactly. `w_i` and
-  /// `w_v` have the same length.
+  /// The same for vectors x, y, z with the normal at (0, 0, 1), which need not be normalised exactly. `w_i` and `w_v` have
+  /// the same length. For a whole .sbrdf this is the fastest way; values agree with those of angles to rounding.
   void evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                 std::span<float> values) const;
 

@@ -21,6 +21,7 @@
 #include <gtest/gtest.h>
 
 #include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/vector_evaluator.h"
 #include "codec/file/encoder.h"
 #include "tests/support/literal_evaluator.h"
 #include "tests/support/test_data.h"
@@ -176,6 +177,24 @@ TEST(GoldenValues, AreThoseOfTheEvaluator) {
     for (const Row& row : read_golden(name)) {
       const std::vector<float> values = evaluate(evaluator, row.degrees);
       ASSERT_EQ(values.size(), row.values.size()) << name;
+      for (std::size_t c = 0; c < values.size(); ++c) {
+        const double bound = std::max(2e-5 * std::abs(row.values[c]), 4e-7 * most);
+        EXPECT_NEAR(values[c], row.values[c], bound) << name << testing::PrintToString(row.degrees);
+      }
+    }
+  }
+}
+
+TEST(GoldenValues, AreThoseOfTheVectorEvaluator) {
+  for (const std::string name : kNames) {
+    const auto decoded = material(name);
+    const VectorEvaluator evaluator(decoded.sliced, decoded.lattice);
+    const double most = largest(decoded.sliced);
+    for (const Row& row : read_golden(name)) {
+      const DirectionPair pair = pair_of(row.degrees);
+      if (!above_horizon(pair)) continue;
+      std::vector<float> values(evaluator.channel_count());
+      evaluator.evaluate_at(geometry(decoded.lattice.spec.id).coordinates(pair), values);
       for (std::size_t c = 0; c < values.size(); ++c) {
         const double bound = std::max(2e-5 * std::abs(row.values[c]), 4e-7 * most);
         EXPECT_NEAR(values[c], row.values[c], bound) << name << testing::PrintToString(row.degrees);

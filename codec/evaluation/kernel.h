@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "codec/evaluation/slice_tables.h"
+
+namespace sbrdf::internal {
+
+// The hot loops of the VectorEvaluator, compiled once for each set of instructions (SSE4, AVX2, AVX-512, NEON ...); the
+// best one of the machine is taken when the program runs. On one machine the values of a pair are the same to the last
+// bit however many pairs are worked out at once; between sets of instructions they differ by rounding, as some have
+// fused multiplication and addition.
+
+/// What the slices give at frame coordinates [degrees]. `guide_angle_deg` counts where there is a guide. `values` has
+/// one entry per channel.
+void evaluate_coordinates(const SliceTables& tables, const Coordinates& x, double guide_angle_deg, float* values);
+
+/// f_r of pairs of vectors x, y, z towards light and viewer, of any length but 0; `w_i` and `w_v` have three numbers
+/// for each pair, `values` one per channel, channel fastest. 0 where one points below the horizon or is no direction.
+void evaluate_vectors(const SliceTables& tables, const float* w_i, const float* w_v, std::size_t count, float* values);
+
+}  // namespace sbrdf::internal
