@@ -601,7 +601,7 @@ HWY_INLINE void half_difference_arguments(D d, const Vectors& pairs, std::size_t
   across = hn::IfThenElse(turn, hn::Neg(across), across);
   ahead = hn::IfThenElse(turn, hn::Neg(ahead), ahead);
   hn::Store(h[1], d, angles.y[kAxial].data() + k);
-  hn::Store(hn::IfThenElse(on_normal, one, h[0]), d, angles.x[kAxial].data() + k);
+  hn::Store(h_x, d, angles.x[kAxial].data() + k);
   hn::Store(across, d, angles.y[kDiagonal].data() + k);
   hn::Store(ahead, d, angles.x[kDiagonal].data() + k);
   hn::Store(length_of<D>(e[0], e[1], e[2]), d, angles.y[kHorizontal].data() + k);
@@ -630,17 +630,21 @@ HWY_INLINE void elevation_arguments(D d, const Vectors& pairs, std::size_t k, An
 }
 
 template <class D>
-HWY_INLINE void find_angles(D d, const SliceTables& tables, const Vectors& pairs, std::size_t count, Angles& angles) {
-  const double ratio = tables.guided ? tables.guide_ratio : 1;
-  for (std::size_t k = 0; k < count; k += hn::Lanes(d)) {
-    if (tables.frame == FrameId::kHalfDifference) {
-      half_difference_arguments(d, pairs, k, ratio, angles);
-    } else {
-      elevation_arguments(d, pairs, k, angles);
-    }
+HWY_INLINE void find_arguments(D d, const SliceTables& tables, const Vectors& pairs, std::size_t k, Angles& angles) {
+  if (tables.frame == FrameId::kHalfDifference) {
+    half_difference_arguments(d, pairs, k, tables.guide_ratio, angles);
+  } else {
+    elevation_arguments(d, pairs, k, angles);
   }
-  const std::size_t columns = ratio == 1 ? kAxisCount : kAxisCount + 1;
-  for (std::size_t column = 0; column < columns; ++column) {
+}
+
+/// A guide that is as wide both ways, or none, asks for no angle of its own.
+std::size_t angle_count(const SliceTables& tables) { return tables.guide_ratio == 1 ? kAxisCount : kAxisCount + 1; }
+
+template <class D>
+HWY_INLINE void find_angles(D d, const SliceTables& tables, const Vectors& pairs, std::size_t count, Angles& angles) {
+  for (std::size_t k = 0; k < count; k += hn::Lanes(d)) find_arguments(d, tables, pairs, k, angles);
+  for (std::size_t column = 0; column < angle_count(tables); ++column) {
     for (std::size_t k = 0; k < count; k += hn::Lanes(d)) {
       const auto y = hn::Load(d, angles.y[column].data() + k);
       const auto x = hn::Load(d, angles.x[column].data() + k);
@@ -651,24 +655,19 @@ HWY_INLINE void find_angles(D d, const SliceTables& tables, const Vectors& pairs
 
 // One pair: its four angles in one vector, which are the same to the last bit.
 void find_angles_of_one(const SliceTables& tables, const Vectors& pairs, Angles& angles) {
-  const hn::CappedTag<double, 1> d;
-  const double ratio = tables.guided ? tables.guide_ratio : 1;
-  if (tables.frame == FrameId::kHalfDifference) {
-    half_difference_arguments(d, pairs, 0, ratio, angles);
-  } else {
-    elevation_arguments(d, pairs, 0, angles);
-  }
+  find_arguments(hn::CappedTag<double, 1>(), tables, pairs, 0, angles);
+  const std::size_t columns = angle_count(tables);
   const hn::CappedTag<double, 4> d4;
   alignas(64) std::array<double, 8> y{};
   alignas(64) std::array<double, 8> x{};
-  for (std::size_t column = 0; column < (ratio == 1 ? 4 : 5); ++column) {
+  for (std::size_t column = 0; column < columns; ++column) {
     y[column] = angles.y[column][0];
     x[column] = angles.x[column][0];
   }
-  for (std::size_t k = 0; k < (ratio == 1 ? 4 : 5); k += hn::Lanes(d4)) {
+  for (std::size_t k = 0; k < columns; k += hn::Lanes(d4)) {
     hn::Store(atan2_degrees(d4, hn::Load(d4, y.data() + k), hn::Load(d4, x.data() + k)), d4, y.data() + k);
   }
-  for (std::size_t column = 0; column < 5; ++column) angles.y[column][0] = y[column];
+  for (std::size_t column = 0; column < columns; ++column) angles.y[column][0] = y[column];
 }
 
 Coordinates coordinates_of(const SliceTables& tables, const Angles& angles, std::size_t k) {

@@ -2,38 +2,18 @@
 //   codec_benchmark FILE.sbrdf ...
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <vector>
 
 #include "codec/coding/value_scaling.h"
 #include "codec/evaluation/evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
+#include "tests/benchmarks/timing.h"
 #include "tests/support/read_sliced.h"
 
 namespace {
 
 using namespace sbrdf::internal;
-
-/// Processor time, so that what else the machine does counts little [s].
-double now() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-/// Median of nine runs [s].
-template <class Run>
-double seconds(const Run& run) {
-  std::vector<double> times;
-  for (int k = 0; k < 9; ++k) {
-    const double start = now();
-    run();
-    times.push_back(now() - start);
-  }
-  std::nth_element(times.begin(), times.begin() + 4, times.end());
-  return times[4];
-}
 
 bool same(const SlicedBrdf& a, const SlicedBrdf& b) {
   return a.crossing_values == b.crossing_values && a.positions == b.positions && a.sample_counts == b.sample_counts &&
@@ -55,10 +35,10 @@ bool measure(const char* path) {
     }
     const double megabytes =
         static_cast<double>((wanted.crossing_values.size() + wanted.sample_values.size()) * sizeof(float)) / 1e6;
-    const double encode = seconds([&] { (void)encode_sliced(given->sliced, given->lattice, {precision}); });
-    const double open = seconds([&] { (void)SlicedReader::open(source); });
-    const double decode = seconds([&] { (void)reader->load_all(); });
-    const double memory_copy = seconds([&] {
+    const double encode = median_seconds([&] { (void)encode_sliced(given->sliced, given->lattice, {precision}); });
+    const double open = median_seconds([&] { (void)SlicedReader::open(source); });
+    const double decode = median_seconds([&] { (void)reader->load_all(); });
+    const double memory_copy = median_seconds([&] {
       std::vector<float> copy = wanted.crossing_values;
       copy.insert(copy.end(), wanted.sample_values.begin(), wanted.sample_values.end());
       (void)std::count(copy.begin(), copy.end(), -1.0F);

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <random>
 #include <vector>
 
@@ -13,6 +12,7 @@
 
 #include "codec/evaluation/evaluator.h"
 #include "codec/evaluation/vector_evaluator.h"
+#include "tests/benchmarks/timing.h"
 #include "tests/support/read_sliced.h"
 
 namespace {
@@ -21,24 +21,10 @@ using namespace sbrdf::internal;
 
 constexpr std::size_t kPairs = 200'000;
 
-/// Processor time, so that what else the machine does counts little [s].
-double now() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-/// Median of nine runs [ns] for one pair.
+/// For one pair [ns].
 template <class Run>
 double nanoseconds(const Run& run) {
-  std::vector<double> times;
-  for (int k = 0; k < 9; ++k) {
-    const double start = now();
-    run();
-    times.push_back(now() - start);
-  }
-  std::nth_element(times.begin(), times.begin() + 4, times.end());
-  return 1e9 * times[4] / kPairs;
+  return 1e9 * median_seconds(run) / kPairs;
 }
 
 struct Pairs {

@@ -13,11 +13,6 @@
 namespace sbrdf::internal {
 namespace {
 
-bool is_among(const std::string& path, const std::vector<std::string>& others) {
-  return std::any_of(others.begin(), others.end(),
-                     [&](const std::string& other) { return is_same_place(path, other); });
-}
-
 /// Whether something lies there that is neither empty nor an earlier report, which begins with what became of a file.
 Result<bool> holds_something_else(const std::string& path) {
   if (!exists(path)) return false;

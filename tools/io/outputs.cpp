@@ -57,11 +57,6 @@ std::vector<std::string> places_beside(const std::string& path, std::string_view
   return places;
 }
 
-bool is_among(const std::string& path, const std::vector<std::string>& others) {
-  return std::any_of(others.begin(), others.end(),
-                     [&](const std::string& other) { return is_same_place(path, other); });
-}
-
 bool is_input(const std::string& path, std::span<const std::string> inputs) {
   return std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
     const std::optional<std::string> file = file_of(input);
@@ -116,6 +111,11 @@ bool is_same_place(const std::string& a, const std::string& b) {
     return false;
   }
   return ::stat(b.c_str(), &status) != 0 && place_of(a) == place_of(b);
+}
+
+bool is_among(const std::string& path, const std::vector<std::string>& others) {
+  return std::any_of(others.begin(), others.end(),
+                     [&](const std::string& other) { return is_same_place(path, other); });
 }
 
 std::vector<std::string> paths_written(const std::string& out, const Format& written) {

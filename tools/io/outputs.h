@@ -28,6 +28,8 @@ namespace sbrdf::internal {
 
 /// Whether two paths mean one file, also one that is still to be made: "./a" and "a", links of both kinds.
 [[nodiscard]] bool is_same_place(const std::string& a, const std::string& b);
+/// Whether a path means any of these files.
+[[nodiscard]] bool is_among(const std::string& path, const std::vector<std::string>& others);
 
 /// All files that a command writes which is asked for `out`: it, and what belongs to a file of that format.
 [[nodiscard]] std::vector<std::string> paths_written(const std::string& out, const Format& written);
