@@ -1,11 +1,10 @@
 #include "codec/evaluation/slice_tables.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <utility>
 
 #include "codec/curves/slope_limits.h"
 #include "codec/curves/spline.h"
@@ -15,9 +14,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr double kPlaces = 2147483648.0;  // along a turn, or between mirrors
-constexpr std::size_t kPadding = 16;      // places that a vector may reach beyond the last
-constexpr std::size_t kSegmentsInBucket = 2;
+constexpr std::size_t kBucketsForKnot = 1;
 
 /// The period of the function along a slice [degrees]; 0 where it has none.
 double period_deg(const Slice& slice) {
@@ -31,18 +28,23 @@ double period_deg(const Slice& slice) {
 class SliceTables::Maker {
  public:
   Maker(SliceTables& tables, const SlicedBrdf& sliced, const Lattice& lattice)
-      : tables_(tables), sliced_(sliced), lattice_(lattice), channels_(sliced.channel_count()), map_(sliced, lattice) {}
+      : tables_(tables),
+        sliced_(sliced),
+        lattice_(lattice),
+        longest_deg_(longest_period_deg(lattice.spec.id)),
+        channels_(sliced.channel_count()),
+        map_(sliced, lattice) {}
 
   void make() {
     add_groups();
     add_crossings();
     add_slices();
-    add_axes();
-    if (sliced_.guide) add_guide(*sliced_.guide);
-    add_nodes();
+    add_lines();
+    // Without a guide vectors may still look at its line: at the first bucket of all, wherever it is met.
+    tables_.lines.push_back(sliced_.guide ? guide(*sliced_.guide) : Line{0, 0, 31U << kBucketShift});
+    tables_.lines.resize(tables_.lines.size() + 1);  // vectors are read from any line on
     tables_.crossing_values.resize(tables_.crossing_values.size() + kLanes);
     tables_.knot_values.resize(tables_.knot_values.size() + kLanes);
-    tables_.places.resize(tables_.places.size() + kPadding, kBeyond);
   }
 
  private:
@@ -94,38 +96,38 @@ class SliceTables::Maker {
         slopes_within_limits(slice.boundary, slice.length_deg, positions, values.data() + c, slopes.data() + c,
                              channels_);
       }
-      add_slice(slice, positions, values, slopes);
+      curves_.push_back(add_slice(slice, positions, values, slopes));
     }
   }
 
-  void add_slice(const Slice& slice, const std::vector<double>& positions, const std::vector<double>& values,
+  Line add_slice(const Slice& slice, const std::vector<double>& positions, const std::vector<double>& values,
                  const std::vector<double>& slopes) {
     const bool bounded = slice.boundary == Boundary::kBounded;
-    assert(!bounded || slice.start_deg == 0);
-    const double scale = bounded ? kPlacesPerPolarDegree : kPlaces / slice.length_deg;
-    Line curve = begin_curve();
-    curve.mirrored = slice.boundary == Boundary::kMirrored;
+    const double places_per_degree = bounded ? kTurnsPerPolarDegree / 2 : 2147483648.0 / slice.length_deg;
+    std::uint32_t shape = slice.boundary == Boundary::kMirrored ? kMirrored : 0;
     if (!bounded) {
-      const double periods = longest_period_deg(tables_.frame) / period_deg(slice);
-      curve.shift = static_cast<std::uint8_t>(std::lround(std::log2(periods)));
-      assert(std::abs(std::ldexp(1.0, curve.shift) - periods) < 1e-6);
+      const double periods = longest_deg_ / period_deg(slice);
+      const auto turn_shift = static_cast<std::uint32_t>(std::lround(std::log2(periods)));
+      assert(std::abs(std::ldexp(1.0, static_cast<int>(turn_shift)) - periods) < 1e-6);
+      shape |= turn_shift << kTurnShift;
     }
+    const std::size_t first = tables_.places.size();
     for (std::size_t k = 0; k < positions.size(); ++k) {
-      const double from_start = positions[k] - slice.start_deg;
-      add_knot(bounded ? polar_place(from_start) : azimuth_place(from_start * scale), values, slopes, k, scale);
+      const double position = positions[k];
+      add_knot(bounded ? polar_place(position) : azimuth_place(slice, shape, position), values, slopes, k,
+               places_per_degree);
     }
-    if (slice.boundary == Boundary::kPeriodic) add_knot(kLastPlace, values, slopes, 0, scale);
-    end_curve(curve);
+    if (slice.boundary == Boundary::kPeriodic) add_knot(kLastPlace, values, slopes, 0, places_per_degree);
+    return end_curve(shape, first, tables_.places.back());
   }
 
-  static std::int32_t azimuth_place(double places) {
-    return static_cast<std::int32_t>(std::min(places + 0.5, double{kLastPlace}));
-  }
-
-  Line begin_curve() const {
-    Line curve;
-    curve.first_knot = static_cast<std::uint32_t>(tables_.places.size());
-    return curve;
+  // As the kernel finds the place of a turn on this curve, so that a sample is met exactly where it lies.
+  [[nodiscard]] std::int32_t azimuth_place(const Slice& slice, std::uint32_t shape, double position) const {
+    const bool mirrored = (shape & kMirrored) != 0;
+    if (mirrored && position >= slice.start_deg + slice.length_deg) return kLastPlace;
+    const std::uint32_t turn = azimuth_turn(position, longest_deg_) - azimuth_turn(slice.start_deg, longest_deg_);
+    const std::uint32_t own = turn << (shape >> kTurnShift & 31U);
+    return mirrored ? static_cast<std::int32_t>(std::min(own, std::uint32_t{kLastPlace})) : place_of_turn(own);
   }
 
   void add_knot(std::int32_t place, std::span<const double> values, std::span<const double> slopes, std::size_t row,
@@ -139,95 +141,55 @@ class SliceTables::Maker {
     }
   }
 
-  // The last knot stands there once more, beyond all places: the end is then found as any other knot is, at the
-  // beginning of a segment.
-  void end_curve(Line& curve) {
-    curve.knots = make_search(curve.first_knot);
+  // Nobody asks for a place beyond `last`.
+  Line end_curve(std::uint32_t shape, std::size_t first, std::int32_t last) {
     tables_.places.push_back(kBeyond);
+    const PlaceSearch search = add_place_search(tables_.places, first, last, kBucketsForKnot, tables_.buckets);
     const std::size_t row = tables_.knot_values.size() - 2 * channels_;
     for (std::size_t c = 0; c < channels_; ++c) tables_.knot_values.push_back(tables_.knot_values[row + c]);
     tables_.knot_values.resize(tables_.knot_values.size() + channels_);
-    curves_.push_back(curve);
+    return {search.first_bucket, 0, shape | search.bucket_shift << kBucketShift};
   }
 
-  // Over the places since `first`: buckets of so many segments that nearly always one comparison of a vector finds the
-  // right one.
-  Search make_search(std::size_t first) {
-    Search search;
-    const std::size_t count = tables_.places.size();
-    const auto end = static_cast<std::uint64_t>(tables_.places.back());
-    search.first_bucket = static_cast<std::uint32_t>(tables_.buckets.size());
-    const std::uint64_t wanted = (count - first + kSegmentsInBucket - 1) / kSegmentsInBucket;
-    search.bucket_shift = static_cast<std::uint8_t>(std::bit_width(std::max<std::uint64_t>(1, end / wanted)) - 1);
-    auto segment = static_cast<std::uint32_t>(first);
-    for (std::uint64_t bucket = 0; bucket <= end >> search.bucket_shift; ++bucket) {
-      const std::uint64_t from = bucket << search.bucket_shift;
-      while (segment + 1 < count && static_cast<std::uint64_t>(tables_.places[segment + 1]) <= from) ++segment;
-      tables_.buckets.push_back(segment);
-    }
-    return search;
-  }
-
-  void add_axes() {
-    tables_.corners = lattice_.corners;
-    tables_.corner_strides = lattice_.corner_strides;
-    for (std::uint32_t axis = 0; axis < kAxisCount; ++axis) {
+  void add_lines() {
+    tables_.lines.reserve(tables_.lattice->line_count + 2);
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       if (lattice_.nodes[axis].size() < 2) continue;
-      MovingAxis moving;
-      moving.axis = axis;
-      moving.azimuth = geometry(lattice_.spec.id).node_period(axis) > 0;
-      moving.line_strides = lattice_.line_strides[axis];
-      moving.last_deg = lattice_.nodes[axis].back();
-      moving.lines.reserve(lattice_.lines[axis].size());
-      for (const LineReference& reference : lattice_.lines[axis]) moving.lines.push_back(line(reference));
-      tables_.axes.push_back(std::move(moving));
+      for (const LineReference& reference : lattice_.lines[axis]) tables_.lines.push_back(line(reference));
     }
-  }
-
-  void add_nodes() {
-    for (MovingAxis& moving : tables_.axes) {
-      moving.first_node = static_cast<std::uint32_t>(tables_.places.size());
-      for (const double node : lattice_.nodes[moving.axis]) {
-        tables_.places.push_back(moving.azimuth ? axis_place(node, longest_period_deg(tables_.frame))
-                                                : polar_place(node));
-      }
-      moving.last_cell = static_cast<std::uint32_t>(tables_.places.size() - 2);
-      moving.nodes = make_search(moving.first_node);
-    }
+    assert(tables_.lines.size() == tables_.lattice->line_count);
   }
 
   Line line(const LineReference& reference) {
     if (reference.is_constant()) return constant_line(reference.crossing());
     const Slice& slice = lattice_.slices[reference.target];
     Line line = curves_[reference.target];
-    line.backwards = reference.sign < 0;
-    if (slice.boundary != Boundary::kBounded) {
-      const double longest = longest_period_deg(tables_.frame);
-      const double turns = (reference.offset_deg - slice.start_deg) / longest;
-      line.offset = azimuth_units((turns - std::floor(turns)) * longest, longest);
+    if (slice.boundary == Boundary::kBounded) {
+      assert(reference.sign > 0 && reference.offset_deg == 0 && slice.start_deg == 0);
+      return line;
     }
+    line.offset = azimuth_turn(reference.offset_deg, longest_deg_) - azimuth_turn(slice.start_deg, longest_deg_);
+    if (reference.sign < 0) line.shape |= kBackwards;
     return line;
   }
 
-  // A line on which nothing varies lies on a curve of one segment, so that the kernel need not tell it apart.
+  // A line on which nothing varies lies on a curve of one knot, so that the kernel need not tell it apart.
   Line constant_line(std::uint32_t crossing) {
     const auto known = constants_.find(crossing);
     if (known != constants_.end()) return known->second;
-    Line curve = begin_curve();
-    for (const std::int32_t place : {0, kLastPlace}) {
-      tables_.places.push_back(place);
-      for (std::size_t c = 0; c < channels_; ++c) {
-        tables_.knot_values.push_back(tables_.crossing_values[crossing * channels_ + c]);
-      }
-      tables_.knot_values.resize(tables_.knot_values.size() + channels_);
+    const std::size_t first = tables_.places.size();
+    tables_.places.push_back(0);
+    for (std::size_t c = 0; c < channels_; ++c) {
+      tables_.knot_values.push_back(tables_.crossing_values[crossing * channels_ + c]);
     }
-    end_curve(curve);
-    constants_.emplace(crossing, curve);
-    return curve;
+    tables_.knot_values.resize(tables_.knot_values.size() + channels_);
+    const Line line = end_curve(0, first, kLastPlace);
+    constants_.emplace(crossing, line);
+    return line;
   }
 
   // A guide is one more bounded curve, over its own angle; its slopes are those of its spline.
-  void add_guide(const Guide& profile) {
+  Line guide(const Guide& profile) {
     tables_.guided = true;
     tables_.guide_ratio = profile.ratio;
     std::vector<double> positions;
@@ -241,40 +203,37 @@ class SliceTables::Maker {
       solver.solve(Boundary::kBounded, 0, positions, values.data() + c, slopes.data() + c, channels_);
       slopes_of_spline(Boundary::kBounded, 0, positions, values.data() + c, slopes.data() + c, channels_);
     }
-    Line curve = begin_curve();
+    const std::size_t first = tables_.places.size();
     for (std::size_t k = 0; k < positions.size(); ++k) {
-      add_knot(polar_place(positions[k]), values, slopes, k, kPlacesPerPolarDegree);
+      add_knot(polar_place(positions[k]), values, slopes, k, kTurnsPerPolarDegree / 2);
     }
-    tables_.guide_end = tables_.places.back();
-    end_curve(curve);
-    tables_.guide = curve;
+    std::fill(slopes.begin(), slopes.end(), 0.0);  // beyond its end it holds
+    add_knot(tables_.places.back(), values, slopes, positions.size() - 1, 1);
+    return end_curve(0, first, kLastPlace);
   }
 
   SliceTables& tables_;
   const SlicedBrdf& sliced_;
   const Lattice& lattice_;
+  double longest_deg_;
   std::size_t channels_;
   ValueMap<double> map_;
-  std::vector<Line> curves_;                 ///< by number of slice, then constants and guide: as if x were the place
+  std::vector<Line> curves_;                 ///< by number of slice, as if x were the turn
   std::map<std::uint32_t, Line> constants_;  ///< by crossing
 };
 
-SliceTables::SliceTables(const SlicedBrdf& sliced, const Lattice& lattice)
-    : frame(lattice.spec.id),
+SliceTables::SliceTables(const SlicedBrdf& sliced, const Lattice& given, std::shared_ptr<const LatticeTables> tables)
+    : lattice(std::move(tables)),
       channels(sliced.channel_count()),
+      knot_size(static_cast<std::uint32_t>(2 * channels)),
       log(sliced.domain.kind == DomainKind::kLog),
-      rings(pole_rings(lattice)),
       grey_shares(sliced.grey_shares) {
-  Maker(*this, sliced, lattice).make();
+  Maker(*this, sliced, given).make();
 }
 
 std::size_t SliceTables::bytes() const {
-  std::size_t lines = 0;
-  for (const MovingAxis& axis : axes) lines += axis.lines.size() * sizeof(Line);
-  for (const PoleRing& ring : rings) lines += ring.nodes.size() * sizeof(PoleRing::Node);
-  return lines + corners.size() * sizeof(std::uint32_t) + crossing_values.size() * sizeof(float) +
-         places.size() * sizeof(std::int32_t) + knot_values.size() * sizeof(float) +
-         buckets.size() * sizeof(std::uint32_t) + groups.size() * sizeof(Group);
+  return crossing_values.size() * sizeof(float) + lines.size() * sizeof(Line) + places.size() * sizeof(std::int32_t) +
+         knot_values.size() * sizeof(float) + buckets.size() * sizeof(PlaceBucket) + groups.size() * sizeof(Group);
 }
 
 }  // namespace sbrdf::internal

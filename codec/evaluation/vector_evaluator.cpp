@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-#include "codec/evaluation/kernel.h"
+#include "codec/evaluation/simd/kernel.h"
 
 namespace sbrdf::internal {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 
 #include <glm/vec3.hpp>
@@ -21,7 +22,8 @@ namespace sbrdf::internal {
 class VectorEvaluator {
  public:
   /// `sliced` must have passed check_sliced with this lattice; neither is needed afterwards.
-  VectorEvaluator(const SlicedBrdf& sliced, const Lattice& lattice) : tables_(sliced, lattice) {}
+  VectorEvaluator(const SlicedBrdf& sliced, const Lattice& lattice)
+      : tables_(sliced, lattice, std::make_shared<const LatticeTables>(lattice)) {}
 
   [[nodiscard]] std::size_t channel_count() const { return tables_.channels; }
 
@@ -34,7 +36,7 @@ class VectorEvaluator {
   void evaluate_at(const Coordinates& x, std::span<float> values) const;
 
   /// Of everything this holds.
-  [[nodiscard]] std::size_t bytes() const { return tables_.bytes(); }
+  [[nodiscard]] std::size_t bytes() const { return tables_.bytes() + tables_.lattice->bytes(); }
 
  private:
   SliceTables tables_;
