@@ -3,10 +3,12 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include <glm/vec3.hpp>
 
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/presample.h"
+#include "codec/evaluation/tables/slice_tables.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 
@@ -23,7 +25,16 @@ class VectorEvaluator {
  public:
   /// `sliced` must have passed check_sliced with this lattice; neither is needed afterwards.
   VectorEvaluator(const SlicedBrdf& sliced, const Lattice& lattice)
-      : tables_(sliced, lattice, std::make_shared<const LatticeTables>(lattice)) {}
+      : VectorEvaluator(sliced, lattice, std::make_shared<const LatticeTables>(lattice)) {}
+  /// With tables of this lattice that others may share.
+  VectorEvaluator(const SlicedBrdf& sliced, const Lattice& lattice, std::shared_ptr<const LatticeTables> tables)
+      : tables_(sliced, lattice, std::move(tables)) {}
+
+  /// The same with slices that are straight between rows, near enough for no slice to be off by more than `tolerance`
+  /// (see presample). Faster, and larger.
+  [[nodiscard]] VectorEvaluator presampled(double tolerance) const {
+    return VectorEvaluator(presample(tables_, tolerance));
+  }
 
   [[nodiscard]] std::size_t channel_count() const { return tables_.channels; }
 
@@ -39,6 +50,8 @@ class VectorEvaluator {
   [[nodiscard]] std::size_t bytes() const { return tables_.bytes() + tables_.lattice->bytes(); }
 
  private:
+  explicit VectorEvaluator(SliceTables tables) : tables_(std::move(tables)) {}
+
   SliceTables tables_;
 };
 

@@ -41,27 +41,34 @@ Gap gap_after(const Lattice& lattice, const Slice& slice, const SliceSamples& sa
 }
 
 // Both lists, crossings of a slice and its own samples, rise along it; they are merged interval by interval.
-std::vector<SliceSamples> gather_slices(const SlicedBrdf& sliced, const Lattice& lattice) {
+void gather_slice(const SlicedBrdf& sliced, const Lattice& lattice, std::size_t slice, std::size_t first,
+                  SliceSamples& samples) {
   const std::size_t channels = sliced.channel_count();
-  std::vector<SliceSamples> slices(lattice.slices.size());
-  std::size_t next = 0;
-  const auto append = [&](SliceSamples& samples, double position, SamplePosition place, const float* values) {
+  samples.positions_deg.clear();
+  samples.places.clear();
+  samples.values.clear();
+  const auto append = [&](double position, SamplePosition place, const float* values) {
     samples.positions_deg.push_back(position);
     samples.places.push_back(place);
     samples.values.insert(samples.values.end(), values, values + channels);
   };
-  for (std::size_t k = 0; k < slices.size(); ++k) {
-    const Slice& slice = lattice.slices[k];
-    const std::size_t end = next + sliced.sample_counts[k];
-    const auto nodes = lattice.nodes_of(slice);
-    for (std::uint32_t node = 0; node < nodes.size(); ++node) {
-      append(slices[k], nodes[node].position_deg, {node, 0},
-             sliced.crossing_values.data() + nodes[node].crossing * channels);
-      for (; next < end && sliced.positions[next].interval == node; ++next) {
-        append(slices[k], position_deg(lattice, slice, sliced.positions[next]), sliced.positions[next],
-               sliced.sample_values.data() + next * channels);
-      }
+  const auto nodes = lattice.nodes_of(lattice.slices[slice]);
+  const std::size_t end = first + sliced.sample_counts[slice];
+  for (std::uint32_t node = 0; node < nodes.size(); ++node) {
+    append(nodes[node].position_deg, {node, 0}, sliced.crossing_values.data() + nodes[node].crossing * channels);
+    for (; first < end && sliced.positions[first].interval == node; ++first) {
+      append(position_deg(lattice, lattice.slices[slice], sliced.positions[first]), sliced.positions[first],
+             sliced.sample_values.data() + first * channels);
     }
+  }
+}
+
+std::vector<SliceSamples> gather_slices(const SlicedBrdf& sliced, const Lattice& lattice) {
+  std::vector<SliceSamples> slices(lattice.slices.size());
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < slices.size(); ++k) {
+    gather_slice(sliced, lattice, k, next, slices[k]);
+    next += sliced.sample_counts[k];
   }
   return slices;
 }

@@ -34,6 +34,9 @@ struct Gap {
 /// `left` is below gap_count.
 [[nodiscard]] Gap gap_after(const Lattice& lattice, const Slice& slice, const SliceSamples& samples, std::size_t left);
 
+/// The samples of one slice, into `samples`; `first` is the number of its first one in SlicedBrdf::positions.
+void gather_slice(const SlicedBrdf& sliced, const Lattice& lattice, std::size_t slice, std::size_t first,
+                  SliceSamples& samples);
 /// The samples of every slice of a sliced BRDF, which must have passed check_sliced, by number of the slice.
 [[nodiscard]] std::vector<SliceSamples> gather_slices(const SlicedBrdf& sliced, const Lattice& lattice);
 

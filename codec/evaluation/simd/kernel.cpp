@@ -21,15 +21,35 @@ namespace {
 
 using EvaluatePoints = void (*)(const SliceTables&, const Spots&, std::size_t, float*);
 
-template <std::size_t D>
+template <std::size_t D, class Form>
 void evaluate_moving(const SliceTables& tables, const Spots& spots, std::size_t count, float* values) {
-  evaluate_points<D>(tables, spots, count, values);
+  evaluate_points<D>(Form(), tables, spots, count, values);
 }
 
-EvaluatePoints for_moving(std::size_t axes) {
-  static constexpr std::array<EvaluatePoints, kAxisCount + 1> kEach = {
-      evaluate_moving<0>, evaluate_moving<1>, evaluate_moving<2>, evaluate_moving<3>, evaluate_moving<4>};
-  return kEach[axes];
+template <class Form>
+constexpr std::array<EvaluatePoints, kAxisCount + 1> kByMovingAxes = {
+    evaluate_moving<0, Form>, evaluate_moving<1, Form>, evaluate_moving<2, Form>, evaluate_moving<3, Form>,
+    evaluate_moving<4, Form>};
+
+EvaluatePoints kernel_for(const SliceTables& tables) {
+  const std::size_t axes = tables.lattice->axes.size();
+  return tables.presampled ? kByMovingAxes<Presampled>[axes] : kByMovingAxes<Exact>[axes];
+}
+
+using AddNeeds = void (*)(const LatticeTables&, const std::uint32_t*, SliceTables::Needs&);
+template <std::size_t D>
+void add_needs_moving(const LatticeTables& lattice, const std::uint32_t* x, SliceTables::Needs& needs) {
+  add_needs<D>(lattice, x, needs);
+}
+
+void FindNeeds(const SliceTables& tables, const float* w_i, const float* w_v, SliceTables::Needs& needs) {
+  static constexpr std::array<AddNeeds, kAxisCount + 1> kEach = {
+      add_needs_moving<0>, add_needs_moving<1>, add_needs_moving<2>, add_needs_moving<3>, add_needs_moving<4>};
+  Vectors pairs;
+  Spots spots;
+  take_first(w_i, w_v, pairs);
+  find_first_spot(tables, pairs, spots);
+  kEach[tables.lattice->axes.size()](*tables.lattice, spots.x[0].data(), needs);
 }
 
 void EvaluateCoordinates(const SliceTables& tables, const Coordinates& x, double guide_angle_deg, float* values) {
@@ -47,11 +67,11 @@ void EvaluateCoordinates(const SliceTables& tables, const Coordinates& x, double
     spots.x[0][a] = std::min(turn, lattice.last_turn[a]);
   }
   spots.guide[0] = polar_turn(within(guide_angle_deg));
-  for_moving(lattice.axes.size())(tables, spots, 1, values);
+  kernel_for(tables)(tables, spots, 1, values);
 }
 
 void EvaluateVectors(const SliceTables& tables, const float* w_i, const float* w_v, std::size_t count, float* values) {
-  const EvaluatePoints evaluate = for_moving(tables.lattice->axes.size());
+  const EvaluatePoints evaluate = kernel_for(tables);
   Vectors pairs;
   Spots spots;
   for (std::size_t first = 0; first < count; first += kBlock) {
@@ -82,6 +102,7 @@ namespace sbrdf::internal {
 
 HWY_EXPORT(EvaluateCoordinates);
 HWY_EXPORT(EvaluateVectors);
+HWY_EXPORT(FindNeeds);
 
 void evaluate_coordinates(const SliceTables& tables, const Coordinates& x, double guide_angle_deg, float* values) {
   HWY_DYNAMIC_DISPATCH(EvaluateCoordinates)(tables, x, guide_angle_deg, values);
@@ -89,6 +110,10 @@ void evaluate_coordinates(const SliceTables& tables, const Coordinates& x, doubl
 
 void evaluate_vectors(const SliceTables& tables, const float* w_i, const float* w_v, std::size_t count, float* values) {
   HWY_DYNAMIC_DISPATCH(EvaluateVectors)(tables, w_i, w_v, count, values);
+}
+
+void find_needs(const SliceTables& tables, const float* w_i, const float* w_v, SliceTables::Needs& needs) {
+  HWY_DYNAMIC_DISPATCH(FindNeeds)(tables, w_i, w_v, needs);
 }
 
 }  // namespace sbrdf::internal

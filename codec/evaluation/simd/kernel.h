@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/slice_tables.h"
 
 namespace sbrdf::internal {
 
@@ -18,5 +18,8 @@ void evaluate_coordinates(const SliceTables& tables, const Coordinates& x, doubl
 /// f_r of pairs of vectors x, y, z towards light and viewer, of any length but 0; `w_i` and `w_v` have three numbers
 /// for each pair, `values` one per channel, channel fastest. 0 where one points below the horizon or is no direction.
 void evaluate_vectors(const SliceTables& tables, const float* w_i, const float* w_v, std::size_t count, float* values);
+
+/// Adds what one pair needs. `tables` need hold nothing but what its second constructor sets.
+void find_needs(const SliceTables& tables, const float* w_i, const float* w_v, SliceTables::Needs& needs);
 
 }  // namespace sbrdf::internal

@@ -14,13 +14,17 @@
 
 #include <hwy/highway.h>
 
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/slice_tables.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sbrdf::internal::HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+
+/// In which form the curves are: splines, or straight between rows (see SliceTables).
+struct Exact {};
+struct Presampled {};
 
 /// Lines that one point can need: those of its cell, four of each of two rings, and those of a guide, which are one and
 /// the same four times.
@@ -31,6 +35,7 @@ constexpr std::size_t kMostLines = LatticeTables::kMostCellLines + 3 * kQuad + k
 ///   y = y_0 y_first + y_1 y_last + m_0 slope_first + m_1 slope_last
 ///
 /// the cubic of specs/conventions.md, with numbers that are 0 and 1 at either knot, so that samples come out exactly.
+/// Curves that are straight between rows have no slopes.
 struct Lines {
   template <class T>
   using Lanes = std::array<T, kMostLines + 16>;  // vectors are read from any lane on
@@ -179,7 +184,7 @@ HWY_INLINE hn::Vec<hn::FixedTag<std::uint32_t, 4 * N>> load_blocks(const std::ui
 /// The words of the records at `numbers`, each in a vector of its own.
 template <class D>
 struct Words {
-  std::array<hn::Vec<D>, 3> word;
+  std::array<hn::Vec<D>, 4> word;
 };
 template <class D>
 HWY_INLINE Words<D> load_records(D d, const std::uint32_t* words, hn::Vec<D> at) {
@@ -198,7 +203,8 @@ HWY_INLINE Words<D> load_records(D d, const std::uint32_t* words, hn::Vec<D> at)
   const auto high_ce = hn::BitCast(pairs, hn::InterleaveUpper(d, c, e));
   return {hn::BitCast(d, hn::InterleaveLower(pairs, low_ab, low_ce)),
           hn::BitCast(d, hn::InterleaveUpper(pairs, low_ab, low_ce)),
-          hn::BitCast(d, hn::InterleaveLower(pairs, high_ab, high_ce))};
+          hn::BitCast(d, hn::InterleaveLower(pairs, high_ab, high_ce)),
+          hn::BitCast(d, hn::InterleaveUpper(pairs, high_ab, high_ce))};
 }
 
 // Pairs of words at places of an array, N of them.
@@ -224,19 +230,6 @@ HWY_INLINE void load_pairs(D d, const std::uint32_t* words, const std::uint32_t*
   second = hn::ConcatOdd(d, high, low);
 }
 
-/// The number of the last place at or before one, if its bucket holds no more than one change.
-template <class D>
-HWY_INLINE hn::Vec<D> look_up(D d, const std::vector<PlaceBucket>& buckets, hn::Vec<D> bucket, hn::Vec<D> place) {
-  const hn::RebindToSigned<D> di;
-  alignas(64) Numbers numbers;
-  hn::Store(hn::Add(bucket, bucket), d, numbers.data());
-  hn::Vec<D> first, split;
-  load_pairs(d, &buckets.data()->first, stored(numbers), first, split);
-  // Comparisons give -1.
-  const auto passed = hn::VecFromMask(di, hn::Not(hn::Lt(hn::BitCast(di, place), hn::BitCast(di, split))));
-  return hn::Sub(first, hn::BitCast(d, passed));
-}
-
 /// The cell of each axis that holds a point, and how far through it.
 HWY_INLINE void find_cells(const LatticeTables& lattice, const std::uint32_t* x, Point& point) {
   const hn::FixedTag<std::uint32_t, kAxisCount> d;
@@ -246,7 +239,12 @@ HWY_INLINE void find_cells(const LatticeTables& lattice, const std::uint32_t* x,
   const auto place = hn::Min(hn::ShiftRight<1>(hn::Load(d, x)), last);
   const auto bucket =
       hn::Add(hn::Load(d, lattice.first_bucket.data()), hn::Shr(place, hn::Load(d, lattice.bucket_shift.data())));
-  auto cell = look_up(d, lattice.cell_buckets, bucket, place);
+  alignas(16) std::array<std::uint32_t, kAxisCount> numbers;
+  hn::Store(hn::Add(bucket, bucket), d, numbers.data());
+  hn::Vec<decltype(d)> cell, split;
+  load_pairs(d, &lattice.cell_buckets.data()->first, stored(numbers), cell, split);
+  const auto passed = hn::Not(hn::Lt(hn::BitCast(di, place), hn::BitCast(di, split)));
+  cell = hn::Sub(cell, hn::BitCast(d, hn::VecFromMask(di, passed)));  // comparisons give -1
   const std::uint32_t* words = reinterpret_cast<const std::uint32_t*>(lattice.cells.data());
   for (;;) {
     const auto found = load_records(d, words, hn::Add(cell, hn::Add(cell, cell)));
@@ -261,12 +259,16 @@ HWY_INLINE void find_cells(const LatticeTables& lattice, const std::uint32_t* x,
   hn::Store(hn::Sub(cell, hn::Load(d, lattice.first_cell.data())), d, point.index.data());
 }
 
-/// The knots and weights of a vector of lines, given by their numbers and where they are met.
+/// Where the lines at `number` are met on their curves at these turns: a place, and the bucket that it is in.
 template <class D>
-HWY_INLINE void add_lines(D d, const SliceTables& tables, hn::Vec<D> number, hn::Vec<D> turn, std::size_t lane,
-                          Lines& lines) {
+struct Met {
+  hn::Vec<D> place;
+  hn::Vec<D> bucket;
+  hn::Vec<D> bucket_shift;
+};
+template <class D>
+HWY_INLINE Met<D> meet(D d, const SliceTables& tables, hn::Vec<D> number, hn::Vec<D> turn) {
   const hn::RebindToSigned<D> di;
-  const hn::RebindToFloat<D> df;
   const Words<D> line = load_records(d, &tables.lines.data()->first_bucket, number);
   const auto shape = line.word[2];
   const auto sign = hn::BitCast(d, hn::ShiftRight<31>(hn::BitCast(di, shape)));
@@ -275,21 +277,38 @@ HWY_INLINE void add_lines(D d, const SliceTables& tables, hn::Vec<D> number, hn:
                            hn::And(hn::ShiftRight<SliceTables::kTurnShift>(shape), low_bits));
   const auto mirrored = hn::Ne(hn::And(shape, hn::Set(d, SliceTables::kMirrored)), hn::Zero(d));
   const auto folded = hn::IfThenElse(mirrored, hn::Min(own, hn::Sub(hn::Zero(d), own)), hn::ShiftRight<1>(own));
-  const auto place = hn::Min(folded, hn::Set(d, static_cast<std::uint32_t>(kLastPlace)));
-  auto knot = look_up(d, tables.buckets, hn::Add(line.word[0], hn::Shr(place, hn::And(shape, low_bits))), place);
-  hn::Vec<D> from, to;
+  Met<D> met;
+  met.place = hn::Min(folded, hn::Set(d, static_cast<std::uint32_t>(kLastPlace)));
+  met.bucket_shift = hn::And(shape, low_bits);
+  met.bucket = hn::Add(line.word[0], hn::Shr(met.place, met.bucket_shift));
+  return met;
+}
+
+/// The knots and weights of a vector of lines, given by their numbers and where they are met.
+template <class D>
+HWY_INLINE void add_lines(Exact /*form*/, D d, const SliceTables& tables, hn::Vec<D> number, hn::Vec<D> turn,
+                          std::size_t lane, Lines& lines) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToFloat<D> df;
+  const Met<D> met = meet(d, tables, number, turn);
+  const auto place = hn::BitCast(di, met.place);
+  const Words<D> bucket = load_records(d, &tables.knot_buckets.data()->knot, hn::ShiftLeft<2>(met.bucket));
+  const auto before_split = hn::RebindMask(d, hn::Lt(place, hn::BitCast(di, bucket.word[2])));
+  auto knot = hn::IfThenElse(before_split, bucket.word[0], hn::Add(bucket.word[0], hn::Set(d, 1U)));
+  auto from = hn::IfThenElse(before_split, bucket.word[1], bucket.word[2]);
+  auto to = hn::IfThenElse(before_split, bucket.word[2], bucket.word[3]);
   for (;;) {
+    const auto behind = hn::Lt(place, hn::BitCast(di, to));
+    if (HWY_LIKELY(hn::AllTrue(di, behind))) break;
+    knot = hn::Sub(knot, hn::BitCast(d, hn::VecFromMask(di, hn::Not(behind))));  // comparisons give -1
     alignas(64) Numbers numbers;
     hn::Store(knot, d, numbers.data());
     load_pairs(d, reinterpret_cast<const std::uint32_t*>(tables.places.data()), stored(numbers), from, to);
-    const auto behind = hn::Lt(hn::BitCast(di, place), hn::BitCast(di, to));
-    if (HWY_LIKELY(hn::AllTrue(di, behind))) break;
-    knot = hn::Sub(knot, hn::BitCast(d, hn::VecFromMask(di, hn::Not(behind))));
   }
-  hn::Store(hn::Mul(knot, hn::Set(d, tables.knot_size)), d, lines.row.data() + lane);
+  hn::Store(hn::Mul(knot, hn::Set(d, tables.row_size)), d, lines.row.data() + lane);
   const auto one = hn::Set(df, 1.0F);
   const auto width = hn::Max(hn::ConvertTo(df, hn::BitCast(di, hn::Sub(to, from))), one);  // 0 if two are in one place
-  const auto t = hn::Div(hn::ConvertTo(df, hn::BitCast(di, hn::Sub(place, from))), width);
+  const auto t = hn::Div(hn::ConvertTo(df, hn::BitCast(di, hn::Sub(met.place, from))), width);
   const auto s = hn::Sub(one, t);
   const auto reach = hn::Mul(hn::Mul(s, t), hn::Mul(width, hn::Set(df, 1.0F / kWidthUnit)));
   const auto last = hn::Mul(hn::Mul(t, t), hn::Sub(hn::Set(df, 3.0F), hn::Add(t, t)));
@@ -297,6 +316,29 @@ HWY_INLINE void add_lines(D d, const SliceTables& tables, hn::Vec<D> number, hn:
   hn::Store(last, df, lines.y_1.data() + lane);
   hn::Store(hn::Mul(reach, s), df, lines.m_0.data() + lane);
   hn::Store(hn::Neg(hn::Mul(reach, t)), df, lines.m_1.data() + lane);
+}
+
+/// The same for curves that are straight between rows: a bucket says which row it begins with and, as the log2 of
+/// places, how far its rows are apart.
+template <class D>
+HWY_INLINE void add_lines(Presampled /*form*/, D d, const SliceTables& tables, hn::Vec<D> number, hn::Vec<D> turn,
+                          std::size_t lane, Lines& lines) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToFloat<D> df;
+  const Met<D> met = meet(d, tables, number, turn);
+  alignas(64) Numbers numbers;
+  hn::Store(hn::Add(met.bucket, met.bucket), d, numbers.data());
+  hn::Vec<D> first, step_shift;
+  load_pairs(d, &tables.row_buckets.data()->row, stored(numbers), first, step_shift);
+  const auto one = hn::Set(d, 1U);
+  const auto in_bucket = hn::And(met.place, hn::Sub(hn::Shl(one, met.bucket_shift), one));
+  const auto row = hn::Add(first, hn::Shr(in_bucket, step_shift));
+  hn::Store(hn::Mul(row, hn::Set(d, tables.row_size)), d, lines.row.data() + lane);
+  const auto in_step = hn::And(in_bucket, hn::Sub(hn::Shl(one, step_shift), one));
+  const auto per_place = hn::BitCast(df, hn::ShiftLeft<23>(hn::Sub(hn::Set(d, 127U), step_shift)));  // 2^-step_shift
+  const auto t = hn::Mul(hn::ConvertTo(df, hn::BitCast(di, in_step)), per_place);
+  hn::Store(hn::Sub(hn::Set(df, 1.0F), t), df, lines.y_0.data() + lane);
+  hn::Store(t, df, lines.y_1.data() + lane);
 }
 
 using QuadTag = hn::FixedTag<std::uint32_t, kQuad>;
@@ -308,8 +350,8 @@ HWY_INLINE hn::Vec<QuadTag> quad_of(std::uint32_t a, std::uint32_t b, std::uint3
                      hn::Combine(d2, hn::Set(d, b), hn::Set(d, a)));
 }
 
-template <std::size_t D>
-HWY_INLINE void add_cell_lines(const SliceTables& tables, const std::uint32_t* x, Point& point) {
+template <std::size_t D, class Form>
+HWY_INLINE void add_cell_lines(Form form, const SliceTables& tables, const std::uint32_t* x, Point& point) {
   constexpr std::size_t kStep = kLinesTogether<D> % 16 == 0 ? 16 : kLinesTogether<D> % 8 == 0 ? 8 : 4;
   const hn::CappedTag<std::uint32_t, kStep> d;
   const LatticeTables& lattice = *tables.lattice;
@@ -323,7 +365,7 @@ HWY_INLINE void add_cell_lines(const SliceTables& tables, const std::uint32_t* x
     }
     hn::Store(number, d, point.lines.number.data() + lane);
     const auto turn = hn::TableLookupLanes(four_turns, hn::SetTableIndices(d, lattice.lane_axis.data() + lane));
-    add_lines(d, tables, number, turn, lane, point.lines);
+    add_lines(form, d, tables, number, turn, lane, point.lines);
   }
 }
 
@@ -338,42 +380,81 @@ HWY_INLINE std::uint32_t find_ring_cell(const LatticeTables& lattice, const Latt
   return cell - ring.first_cell;
 }
 
-HWY_INLINE void add_ring_lines(const SliceTables& tables, const LatticeTables::Ring& ring, const std::uint32_t* x,
-                               const Point& point, std::size_t lane, RingCell& on, Lines& lines) {
-  const LatticeTables& lattice = *tables.lattice;
-  const std::uint32_t other = x[ring.other_azimuth];
-  const std::uint32_t turn = ring.difference ? x[ring.ring_axis] - other : x[ring.ring_axis] + other;
+/// The lines that a ring needs: two along the ring, two along the other axis, at the nodes around the point.
+HWY_INLINE hn::Vec<QuadTag> find_ring(const LatticeTables& lattice, const LatticeTables::Ring& ring, std::uint32_t turn,
+                                      const Point& point, RingCell& on) {
   const std::uint32_t node = find_ring_cell(lattice, ring, place_of_turn(turn << ring.turn_shift), on.t);
   on.nodes = {ring.node_tables[node], ring.node_tables[node + 1]};
   const std::uint32_t step = lattice.line_strides[ring.ring_axis][ring.along];
   const std::uint32_t first = lattice.first_line[ring.ring_axis] + point.index[ring.along] * step;
-  const std::uint32_t along = x[ring.along];
-  add_lines(QuadTag(), tables, quad_of(first, first + step, on.nodes[0][1], on.nodes[1][1]),
-            quad_of(turn, turn, along, along), lane, lines);
+  return quad_of(first, first + step, on.nodes[0][1], on.nodes[1][1]);
+}
+HWY_INLINE std::uint32_t turn_on_ring(const LatticeTables::Ring& ring, const std::uint32_t* x) {
+  const std::uint32_t other = x[ring.other_azimuth];
+  return ring.difference ? x[ring.ring_axis] - other : x[ring.ring_axis] + other;
+}
+
+template <std::size_t D>
+HWY_INLINE void number_corners(const LatticeTables& lattice, Point& point) {
+  const QuadTag d;
+  std::uint32_t first = 0;
+  for (const std::uint32_t axis : lattice.axes) first += point.index[axis] * lattice.corner_strides[axis];
+  constexpr std::size_t kCorners = std::max(kQuad, std::size_t{1} << D);
+  for (std::size_t k = 0; k < kCorners; k += kQuad) {
+    hn::Store(hn::Add(hn::Set(d, first), hn::Load(d, lattice.corner_steps.data() + k)), d, point.corners.data() + k);
+  }
+}
+
+/// What a point needs, for tables that hold nothing else.
+template <std::size_t D>
+HWY_INLINE void add_needs(const LatticeTables& lattice, const std::uint32_t* x, SliceTables::Needs& needs) {
+  Point point;
+  find_cells(lattice, x, point);
+  number_corners<D>(lattice, point);
+  needs.corners.insert(needs.corners.end(), point.corners.begin(),
+                       point.corners.begin() + std::max(kQuad, std::size_t{1} << D));
+  for (std::size_t lane = 0; lane < kCellLines<D>; ++lane) {
+    std::uint32_t number = lattice.lane_first[lane];
+    for (const std::uint32_t axis : lattice.axes) number += point.index[axis] * lattice.lane_strides[axis][lane];
+    needs.lines.push_back(number);
+  }
+  if constexpr (D == kAxisCount) {
+    for (const LatticeTables::Ring& ring : lattice.rings) {
+      if (point.index[ring.polar_axis] != 0) continue;
+      RingCell on;
+      alignas(16) std::array<std::uint32_t, kQuad> numbers;
+      hn::Store(find_ring(lattice, ring, turn_on_ring(ring, x), point, on), QuadTag(), numbers.data());
+      needs.lines.insert(needs.lines.end(), numbers.begin(), numbers.end());
+      const std::uint32_t stride = lattice.corner_strides[ring.along];
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        needs.corners.push_back(on.nodes[k & 1U][0] + (point.index[ring.along] + (k >> 1U)) * stride);
+      }
+    }
+  }
 }
 
 /// `x`: four turns, aligned; `guide`: of its angle.
-template <std::size_t D>
-HWY_INLINE void find_lines(const SliceTables& tables, const std::uint32_t* x, std::uint32_t guide, Point& point) {
+template <std::size_t D, class Form>
+HWY_INLINE void find_lines(Form form, const SliceTables& tables, const std::uint32_t* x, std::uint32_t guide,
+                           Point& point) {
   const LatticeTables& lattice = *tables.lattice;
   find_cells(lattice, x, point);
-  std::uint32_t corner = 0;
-  for (const std::uint32_t axis : lattice.axes) corner += point.index[axis] * lattice.corner_strides[axis];
   weigh<D>(lattice, point.t, point.weights);
+  number_corners<D>(lattice, point);
   const QuadTag d;
-  constexpr std::size_t kCorners = std::max(kQuad, std::size_t{1} << D);
-  for (std::size_t k = 0; k < kCorners; k += kQuad) {
-    hn::Store(hn::Add(hn::Set(d, corner), hn::Load(d, lattice.corner_steps.data() + k)), d, point.corners.data() + k);
-  }
-  add_cell_lines<D>(tables, x, point);
+  add_cell_lines<D>(form, tables, x, point);
   if (tables.guided && (D != 3 || tables.guide_ratio != 1)) {
-    add_lines(d, tables, hn::Set(d, lattice.guide_line), hn::Set(d, guide), kGuideLine<D>, point.lines);
+    add_lines(form, d, tables, hn::Set(d, lattice.guide_line), hn::Set(d, guide), kGuideLine<D>, point.lines);
   }
   if constexpr (D == kAxisCount) {
     for (std::size_t r = 0; r < lattice.rings.size(); ++r) {
       const LatticeTables::Ring& ring = lattice.rings[r];
       point.on_ring[r] = point.index[ring.polar_axis] == 0;
-      if (point.on_ring[r]) add_ring_lines(tables, ring, x, point, ring_line<D>(r), point.rings[r], point.lines);
+      if (!point.on_ring[r]) continue;
+      const std::uint32_t turn = turn_on_ring(ring, x);
+      const std::uint32_t along = x[ring.along];
+      const auto numbers = find_ring(lattice, ring, turn, point, point.rings[r]);
+      add_lines(form, d, tables, numbers, quad_of(turn, turn, along, along), ring_line<D>(r), point.lines);
     }
   }
 }

@@ -16,7 +16,7 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/slice_tables.h"
 #include "codec/frame/frame_geometries.h"
 
 HWY_BEFORE_NAMESPACE();

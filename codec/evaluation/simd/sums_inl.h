@@ -16,7 +16,7 @@
 
 #include "codec/evaluation/simd/lines_inl.h"
 #include "codec/evaluation/simd/spots_inl.h"
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/slice_tables.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sbrdf::internal::HWY_NAMESPACE {
@@ -80,15 +80,24 @@ HWY_INLINE hn::Vec<D> load_rows(D d, const float* table, const std::uint32_t* ro
 }
 
 template <class D>
-HWY_INLINE hn::Vec<D> line_values(D d, const SliceTables& tables, const Lines& lines, std::size_t lane,
+HWY_INLINE hn::Vec<D> line_values(Exact /*form*/, D d, const SliceTables& tables, const Lines& lines, std::size_t lane,
                                   std::size_t channel) {
   const std::size_t channels = tables.channels;
-  const float* values = tables.knot_values.data() + channel;
+  const float* values = tables.row_values.data() + channel;
   const std::uint32_t* rows = lines.row.data() + lane;
   auto y = hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows));
   y = hn::MulAdd(spread(d, lines.y_1.data() + lane), load_rows(d, values + 2 * channels, rows), y);
   y = hn::MulAdd(spread(d, lines.m_0.data() + lane), load_rows(d, values + channels, rows), y);
   return hn::MulAdd(spread(d, lines.m_1.data() + lane), load_rows(d, values + 3 * channels, rows), y);
+}
+
+template <class D>
+HWY_INLINE hn::Vec<D> line_values(Presampled /*form*/, D d, const SliceTables& tables, const Lines& lines,
+                                  std::size_t lane, std::size_t channel) {
+  const float* values = tables.row_values.data() + channel;
+  const std::uint32_t* rows = lines.row.data() + lane;
+  const auto y = hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows));
+  return hn::MulAdd(spread(d, lines.y_1.data() + lane), load_rows(d, values + tables.channels, rows), y);
 }
 
 /// A group of channels of what the slices say in a cell: the multilinear means of the corners and of the lines along
@@ -110,8 +119,9 @@ struct CellValues {
   alignas(64) std::array<float, std::max<std::size_t>(1, kCellLines<D>) * kLanes> lines;
 };
 
-template <std::size_t D>
-HWY_INLINE void load_cell(const SliceTables& tables, const Point& point, std::size_t channel, CellValues<D>& values) {
+template <std::size_t D, class Form>
+HWY_INLINE void load_cell(Form form, const SliceTables& tables, const Point& point, std::size_t channel,
+                          CellValues<D>& values) {
   const Wide d;
   const auto channels = static_cast<std::uint32_t>(tables.channels);
   alignas(64) std::array<std::uint32_t, CellValues<D>::kCorners> rows;
@@ -121,7 +131,7 @@ HWY_INLINE void load_cell(const SliceTables& tables, const Point& point, std::si
               values.corners.data() + k * kLanes);
   }
   for (std::size_t lane = 0; lane < kCellLines<D>; lane += kAtOnce) {
-    hn::Store(line_values(d, tables, point.lines, lane, channel), d, values.lines.data() + lane * kLanes);
+    hn::Store(line_values(form, d, tables, point.lines, lane, channel), d, values.lines.data() + lane * kLanes);
   }
 }
 
@@ -187,12 +197,9 @@ HWY_INLINE Bounded<hn::Vec<D>> sum_of(D d, const Means<hn::Vec<D>>& means, bool 
   return result;
 }
 
-HWY_INLINE V line_value(const SliceTables& tables, const Lines& lines, std::size_t lane, std::size_t channel) {
-  return line_values(Channels(), tables, lines, lane, channel);
-}
-
 // The same sum on a ring, where two coordinates are left: corners and slices of the cell of these two.
-Bounded<V> sum_on_ring(const SliceTables& tables, std::size_t r, const Point& point, std::size_t channel) {
+template <class Form>
+Bounded<V> sum_on_ring(Form form, const SliceTables& tables, std::size_t r, const Point& point, std::size_t channel) {
   const Channels d;
   const LatticeTables& lattice = *tables.lattice;
   const LatticeTables::Ring& ring = lattice.rings[r];
@@ -213,7 +220,7 @@ Bounded<V> sum_on_ring(const SliceTables& tables, std::size_t r, const Point& po
   means.least = hn::Set(d, kGreatest);
   means.most = hn::Set(d, -kGreatest);
   for (std::size_t k = 0; k < kQuad; ++k) {
-    lines[k] = line_value(tables, point.lines, ring_line<kAxisCount>(r) + k, channel);
+    lines[k] = line_values(form, d, tables, point.lines, ring_line<kAxisCount>(r) + k, channel);
     means.least = smaller(lines[k], means.least);
     means.most = larger(lines[k], means.most);
   }
@@ -222,14 +229,22 @@ Bounded<V> sum_on_ring(const SliceTables& tables, std::size_t r, const Point& po
   return sum_of<2>(d, means, tables.log);
 }
 
+HWY_INLINE std::size_t first_row(Exact /*form*/, const SliceTables& tables, std::uint32_t bucket) {
+  return tables.knot_buckets[bucket].knot;
+}
+HWY_INLINE std::size_t first_row(Presampled /*form*/, const SliceTables& tables, std::uint32_t bucket) {
+  return tables.row_buckets[bucket].row;
+}
+
 // The sum of the cell where the polar axis of the ring is 0: lines along the other axes are what they are in the cell,
 // those along the polar axis are met at their beginnings.
-Bounded<V> sum_on_face(const SliceTables& tables, std::size_t polar, const Point& point, std::size_t channel,
+template <class Form>
+Bounded<V> sum_on_face(Form form, const SliceTables& tables, std::size_t polar, const Point& point, std::size_t channel,
                        CellValues<kAxisCount> values) {
   constexpr std::size_t kAlong = lines_along(kAxisCount);
   for (std::size_t lane = polar * kAlong; lane < (polar + 1) * kAlong; ++lane) {
     const SliceTables::Line& line = tables.lines[point.lines.number[lane] / LatticeTables::kLineWords];
-    const float* first = tables.knot_values.data() + tables.buckets[line.first_bucket].first * tables.knot_size;
+    const float* first = tables.row_values.data() + first_row(form, tables, line.first_bucket) * tables.row_size;
     hn::Store(hn::LoadU(Channels(), first + channel), Channels(), values.lines.data() + lane * kLanes);
   }
   std::array<float, kAxisCount> t = point.t;
@@ -259,8 +274,9 @@ struct Sums {
 // On the face at which the azimuths are one, the sum in the cell depends on both, since it blends slices of different
 // places on the ring. What is wrong there is known, and is taken out of the whole cell, the less the farther from the
 // face. On all slices it is 0, so that samples stay samples.
-HWY_INLINE void add_rings(const SliceTables& tables, const Point& point, const CellValues<kAxisCount>& values,
-                          std::size_t channel, std::size_t at, Sums& sums) {
+template <class Form>
+HWY_INLINE void add_rings(Form form, const SliceTables& tables, const Point& point,
+                          const CellValues<kAxisCount>& values, std::size_t channel, std::size_t at, Sums& sums) {
   const Channels d;
   V least = hn::Set(d, kGreatest);
   V most = hn::Set(d, -kGreatest);
@@ -268,8 +284,8 @@ HWY_INLINE void add_rings(const SliceTables& tables, const Point& point, const C
     V shift = hn::Zero(d);
     if (point.on_ring[r]) {
       const std::size_t polar = tables.lattice->rings[r].polar_axis;
-      const Bounded<V> wrong = sum_on_face(tables, polar, point, channel, values);
-      const Bounded<V> right = sum_on_ring(tables, r, point, channel);
+      const Bounded<V> wrong = sum_on_face(form, tables, polar, point, channel, values);
+      const Bounded<V> right = sum_on_ring(form, tables, r, point, channel);
       shift = hn::Mul(hn::Set(d, 1.0F - point.t[polar]), hn::Sub(right.value, wrong.value));
       least = smaller(right.least, least);
       most = larger(right.most, most);
@@ -280,22 +296,23 @@ HWY_INLINE void add_rings(const SliceTables& tables, const Point& point, const C
   hn::Store(most, d, sums.ring_most.data() + at);
 }
 
-template <std::size_t D>
-HWY_INLINE void add_sums(const SliceTables& tables, const Point& point, std::size_t channel, std::size_t pair,
-                         Sums& sums) {
+template <std::size_t D, class Form>
+HWY_INLINE void add_sums(Form form, const SliceTables& tables, const Point& point, std::size_t channel,
+                         std::size_t pair, Sums& sums) {
   const Channels d;
   const std::size_t at = pair * kLanes;
   CellValues<D> values;
-  load_cell<D>(tables, point, channel, values);
+  load_cell<D>(form, tables, point, channel, values);
   Means<V> means;
   find_means<D>(values, point.weights, means);
   hn::Store(means.corners, d, sums.corners.data() + at);
   for (std::size_t m = 0; m < D; ++m) hn::Store(means.lines[m], d, sums.lines[m].data() + at);
   hn::Store(means.least, d, sums.least.data() + at);
   hn::Store(means.most, d, sums.most.data() + at);
-  if (tables.guided) hn::Store(line_value(tables, point.lines, kGuideLine<D>, channel), d, sums.guide.data() + at);
+  if (tables.guided)
+    hn::Store(line_values(form, d, tables, point.lines, kGuideLine<D>, channel), d, sums.guide.data() + at);
   if constexpr (D == kAxisCount) {
-    if (!tables.lattice->rings.empty()) add_rings(tables, point, values, channel, at, sums);
+    if (!tables.lattice->rings.empty()) add_rings(form, tables, point, values, channel, at, sums);
   }
 }
 
@@ -360,15 +377,16 @@ HWY_INLINE void finish(D d, const SliceTables& tables, const SliceTables::Group&
 }
 
 /// The values of the first points of a block; `values` has a row for each.
-template <std::size_t D>
-HWY_INLINE void evaluate_points(const SliceTables& tables, const Spots& spots, std::size_t count, float* values) {
+template <std::size_t D, class Form>
+HWY_INLINE void evaluate_points(Form form, const SliceTables& tables, const Spots& spots, std::size_t count,
+                                float* values) {
   std::array<Point, kBlock> points;
-  for (std::size_t k = 0; k < count; ++k) find_lines<D>(tables, spots.x[k].data(), spots.guide[k], points[k]);
+  for (std::size_t k = 0; k < count; ++k) find_lines<D>(form, tables, spots.x[k].data(), spots.guide[k], points[k]);
   for (std::size_t g = 0; g < tables.groups.size(); ++g) {
     const std::size_t channel = g * kLanes;
     Sums sums;
     alignas(64) std::array<float, kBlock * kLanes> block;
-    for (std::size_t k = 0; k < count; ++k) add_sums<D>(tables, points[k], channel, k, sums);
+    for (std::size_t k = 0; k < count; ++k) add_sums<D>(form, tables, points[k], channel, k, sums);
     if (count == 1) {
       finish<D>(Channels(), tables, tables.groups[g], sums, 0, block.data());
     } else {

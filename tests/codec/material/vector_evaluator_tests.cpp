@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/lazy_evaluator.h"
 #include "codec/evaluation/vector_evaluator.h"
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
@@ -198,6 +199,68 @@ TEST(VectorEvaluator, IsTheEvaluatorAtCrossingsAndStaysFiniteLikeIt) {
       }
       for (const float v : evaluate(fast, many_pairs(2000))) ASSERT_TRUE(std::isfinite(v) && (v >= 0 || low < 0));
     }
+  }
+}
+
+TEST(VectorEvaluator, PresampledIsNearTheExactForm) {
+  const Vectors pairs = many_pairs(700);
+  for (const Material& material : materials()) {
+    const std::vector<float> expected = evaluate(material.evaluator, pairs);
+    double before = 0;
+    for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+      const VectorEvaluator presampled = material.evaluator.presampled(tolerance);
+      const std::vector<float> values = evaluate(presampled, pairs);
+      double most = 0;
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        most = std::max(most, std::abs(values[k] / static_cast<double>(expected[k]) - 1));
+      }
+      // Up to four means less three times the corners, which are exact; and rounding.
+      EXPECT_LT(most, 4 * tolerance + 3e-5);
+      if (before > 0) {
+        EXPECT_LT(most, before);
+      }
+      before = most;
+    }
+  }
+}
+
+TEST(VectorEvaluator, PresampledGivesTheSameBitsInAnyBatch) {
+  const Vectors pairs = many_pairs(101);
+  for (const Material& material : materials()) {
+    const VectorEvaluator presampled = material.evaluator.presampled(1e-2);
+    const std::size_t channels = presampled.channel_count();
+    const std::vector<float> together = evaluate(presampled, pairs);
+    std::vector<float> alone(channels);
+    for (std::size_t k = 0; k < pairs.i.size(); ++k) {
+      presampled.evaluate(std::span(&pairs.v[k], 1), std::span(&pairs.i[k], 1), alone);
+      ASSERT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * channels)));
+    }
+  }
+}
+
+// A pair alone has tables of its own, with nothing in them but what it needs: the rings of poles, too.
+TEST(LazyEvaluator, GivesTheBitsOfTheWhole) {
+  const Vectors pairs = many_pairs(300);
+  for (const Material& material : materials()) {
+    const std::size_t channels = material.evaluator.channel_count();
+    const std::vector<float> expected = evaluate(material.evaluator, pairs);
+    std::vector<float> values(channels);
+    for (std::size_t k = 0; k < pairs.i.size(); ++k) {
+      const LazyEvaluator lazy(material.sliced, material.lattice);
+      lazy.evaluate(std::span(&pairs.i[k], 1), std::span(&pairs.v[k], 1), values);
+      ASSERT_TRUE(
+          std::equal(values.begin(), values.end(), expected.begin() + static_cast<std::ptrdiff_t>(k * channels)))
+          << material.lattice.spec.axes[0].name << " pair " << k;
+    }
+    const LazyEvaluator lazy(material.sliced, material.lattice);
+    EXPECT_EQ(lazy.bytes(), 0U);
+    for (std::size_t first = 0; first < pairs.i.size(); first += 10) {  // soon all slices are there
+      std::vector<float> some(10 * channels);
+      lazy.evaluate(std::span(pairs.i).subspan(first, 10), std::span(pairs.v).subspan(first, 10), some);
+      ASSERT_TRUE(
+          std::equal(some.begin(), some.end(), expected.begin() + static_cast<std::ptrdiff_t>(first * channels)));
+    }
+    EXPECT_EQ(lazy.bytes(), material.evaluator.bytes());
   }
 }
 

@@ -1,4 +1,4 @@
-#include "codec/evaluation/lattice_tables.h"
+#include "codec/evaluation/tables/lattice_tables.h"
 
 #include <algorithm>
 #include <cassert>

@@ -1,8 +1,9 @@
-#include "codec/evaluation/slice_tables.h"
+#include "codec/evaluation/tables/slice_tables.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kBucketsForKnot = 1;
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 /// The period of the function along a slice [degrees]; 0 where it has none.
 double period_deg(const Slice& slice) {
@@ -35,16 +37,27 @@ class SliceTables::Maker {
         channels_(sliced.channel_count()),
         map_(sliced, lattice) {}
 
-  void make() {
+  void make(const Needs* only) {
     add_groups();
-    add_crossings();
-    add_slices();
-    add_lines();
+    crossings_.assign(lattice_.crossings.size() * channels_, std::numeric_limits<double>::quiet_NaN());
+    tables_.crossing_values.resize(crossings_.size() + kLanes);
+    curves_.resize(lattice_.slices.size(), Line{kNone, 0, 0});
+    first_samples_.reserve(lattice_.slices.size() + 1);
+    first_samples_.push_back(0);
+    for (const std::uint32_t count : sliced_.sample_counts) first_samples_.push_back(first_samples_.back() + count);
+    tables_.lines.resize(std::size_t{tables_.lattice->line_count} + 2);  // vectors are read from any line on
+    if (only != nullptr) {
+      for (const std::uint32_t corner : only->corners) (void)crossing(lattice_.corners[corner]);
+      add_lines(*only);
+    } else {
+      reserve();
+      for (std::uint32_t k = 0; k < lattice_.crossings.size(); ++k) (void)crossing(k);
+      add_lines();
+    }
     // Without a guide vectors may still look at its line: at the first bucket of all, wherever it is met.
-    tables_.lines.push_back(sliced_.guide ? guide(*sliced_.guide) : Line{0, 0, 31U << kBucketShift});
-    tables_.lines.resize(tables_.lines.size() + 1);  // vectors are read from any line on
-    tables_.crossing_values.resize(tables_.crossing_values.size() + kLanes);
-    tables_.knot_values.resize(tables_.knot_values.size() + kLanes);
+    tables_.lines[tables_.lattice->line_count] =
+        sliced_.guide ? guide(*sliced_.guide) : Line{0, 0, 31U << kBucketShift};
+    tables_.row_values.resize(tables_.row_values.size() + kLanes);
   }
 
  private:
@@ -67,37 +80,52 @@ class SliceTables::Maker {
     }
   }
 
-  void add_crossings() {
-    std::vector<double> residual(channels_);
-    tables_.crossing_values.reserve(lattice_.crossings.size() * channels_ + kLanes);
-    for (std::size_t k = 0; k < lattice_.crossings.size(); ++k) {
-      map_.forward(lattice_.crossings[k], std::span(sliced_.crossing_values).subspan(k * channels_, channels_),
-                   residual);
-      for (const double v : residual) tables_.crossing_values.push_back(static_cast<float>(v));
+  // What slices hold for a crossing, worked out once.
+  std::span<const double> crossing(std::uint32_t number) {
+    const std::span<double> residual = std::span(crossings_).subspan(number * channels_, channels_);
+    if (std::isnan(residual[0])) {
+      map_.forward(lattice_.crossings[number],
+                   std::span(sliced_.crossing_values).subspan(number * channels_, channels_), residual);
+      std::copy(residual.begin(), residual.end(),
+                tables_.crossing_values.begin() + static_cast<std::ptrdiff_t>(number * channels_));
     }
+    return residual;
   }
 
-  void add_slices() {
-    const std::vector<SliceSamples> slices = gather_slices(sliced_, lattice_);
-    std::size_t knots = 0;
-    for (const SliceSamples& samples : slices) knots += samples.size() + 1;
+  void reserve() {
+    std::size_t knots = lattice_.slice_nodes.size() + sliced_.positions.size() + 2 * lattice_.slices.size();
     tables_.places.reserve(knots);
-    tables_.knot_values.reserve(knots * 2 * channels_ + kLanes);
-    SplineSolver<double> solver;
-    std::vector<double> values;
-    std::vector<double> slopes;  // second derivatives, until their limits make them slopes
-    for (std::size_t k = 0; k < slices.size(); ++k) {
-      const Slice& slice = lattice_.slices[k];
-      const std::vector<double>& positions = slices[k].positions_deg;
-      map_.forward(slice, slices[k], values);
-      slopes.resize(values.size());
-      for (std::size_t c = 0; c < channels_; ++c) {
-        solver.solve(slice.boundary, slice.length_deg, positions, values.data() + c, slopes.data() + c, channels_);
-        slopes_within_limits(slice.boundary, slice.length_deg, positions, values.data() + c, slopes.data() + c,
-                             channels_);
+    tables_.row_values.reserve(knots * 2 * channels_ + kLanes);
+    tables_.knot_buckets.reserve(knots + knots / 2);
+  }
+
+  // The curve of a slice, worked out where it is first asked for.
+  const Line& curve(std::uint32_t number) {
+    Line& line = curves_[number];
+    if (line.first_bucket != kNone) return line;
+    const Slice& slice = lattice_.slices[number];
+    gather_slice(sliced_, lattice_, number, first_samples_[number], samples_);
+    const std::vector<double>& positions = samples_.positions_deg;
+    values_.resize(positions.size() * channels_);
+    const auto nodes = lattice_.nodes_of(slice);
+    for (std::size_t k = 0; k < positions.size(); ++k) {
+      const std::span<double> v = std::span(values_).subspan(k * channels_, channels_);
+      if (samples_.places[k].fraction == 0) {
+        const std::span<const double> at_node = crossing(nodes[samples_.places[k].interval].crossing);
+        std::copy(at_node.begin(), at_node.end(), v.begin());
+      } else {
+        map_.forward(coordinates_on(slice, positions[k]),
+                     std::span<const float>(samples_.values).subspan(k * channels_, channels_), v);
       }
-      curves_.push_back(add_slice(slice, positions, values, slopes));
     }
+    slopes_.resize(values_.size());
+    for (std::size_t c = 0; c < channels_; ++c) {
+      solver_.solve(slice.boundary, slice.length_deg, positions, values_.data() + c, slopes_.data() + c, channels_);
+      slopes_within_limits(slice.boundary, slice.length_deg, positions, values_.data() + c, slopes_.data() + c,
+                           channels_);
+    }
+    line = add_slice(slice, positions, values_, slopes_);
+    return line;
   }
 
   Line add_slice(const Slice& slice, const std::vector<double>& positions, const std::vector<double>& values,
@@ -134,36 +162,51 @@ class SliceTables::Maker {
                 double places_per_degree) {
     tables_.places.push_back(place);
     for (const double v : values.subspan(row * channels_, channels_)) {
-      tables_.knot_values.push_back(static_cast<float>(v));
+      tables_.row_values.push_back(static_cast<float>(v));
     }
     for (const double m : slopes.subspan(row * channels_, channels_)) {
-      tables_.knot_values.push_back(static_cast<float>(m * double{kWidthUnit} / places_per_degree));
+      tables_.row_values.push_back(static_cast<float>(m * double{kWidthUnit} / places_per_degree));
     }
   }
 
   // Nobody asks for a place beyond `last`.
   Line end_curve(std::uint32_t shape, std::size_t first, std::int32_t last) {
     tables_.places.push_back(kBeyond);
-    const PlaceSearch search = add_place_search(tables_.places, first, last, kBucketsForKnot, tables_.buckets);
-    const std::size_t row = tables_.knot_values.size() - 2 * channels_;
-    for (std::size_t c = 0; c < channels_; ++c) tables_.knot_values.push_back(tables_.knot_values[row + c]);
-    tables_.knot_values.resize(tables_.knot_values.size() + channels_);
-    return {search.first_bucket, 0, shape | search.bucket_shift << kBucketShift};
+    buckets_.clear();
+    const PlaceSearch search = add_place_search(tables_.places, first, last, kBucketsForKnot, buckets_);
+    const auto first_bucket = static_cast<std::uint32_t>(tables_.knot_buckets.size());
+    for (const PlaceBucket& bucket : buckets_) {
+      const std::int32_t end = bucket.split == kBeyond ? kBeyond : tables_.places[bucket.first + 2];
+      tables_.knot_buckets.push_back({bucket.first, tables_.places[bucket.first], bucket.split, end});
+    }
+    const std::size_t row = tables_.row_values.size() - 2 * channels_;
+    for (std::size_t c = 0; c < channels_; ++c) tables_.row_values.push_back(tables_.row_values[row + c]);
+    tables_.row_values.resize(tables_.row_values.size() + channels_);
+    return {first_bucket, 0, shape | search.bucket_shift << kBucketShift};
   }
 
   void add_lines() {
-    tables_.lines.reserve(tables_.lattice->line_count + 2);
+    std::size_t number = 0;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       if (lattice_.nodes[axis].size() < 2) continue;
-      for (const LineReference& reference : lattice_.lines[axis]) tables_.lines.push_back(line(reference));
+      for (const LineReference& reference : lattice_.lines[axis]) tables_.lines[number++] = line(reference);
     }
-    assert(tables_.lines.size() == tables_.lattice->line_count);
+    assert(number == tables_.lattice->line_count);
+  }
+
+  void add_lines(const Needs& only) {
+    for (const std::uint32_t words : only.lines) {
+      std::size_t axis = kAxisCount - 1;
+      while (tables_.lattice->first_line[axis] > words || lattice_.nodes[axis].size() < 2) --axis;
+      const std::uint32_t within = (words - tables_.lattice->first_line[axis]) / LatticeTables::kLineWords;
+      tables_.lines[words / LatticeTables::kLineWords] = line(lattice_.lines[axis][within]);
+    }
   }
 
   Line line(const LineReference& reference) {
     if (reference.is_constant()) return constant_line(reference.crossing());
     const Slice& slice = lattice_.slices[reference.target];
-    Line line = curves_[reference.target];
+    Line line = curve(reference.target);
     if (slice.boundary == Boundary::kBounded) {
       assert(reference.sign > 0 && reference.offset_deg == 0 && slice.start_deg == 0);
       return line;
@@ -174,24 +217,20 @@ class SliceTables::Maker {
   }
 
   // A line on which nothing varies lies on a curve of one knot, so that the kernel need not tell it apart.
-  Line constant_line(std::uint32_t crossing) {
-    const auto known = constants_.find(crossing);
+  Line constant_line(std::uint32_t number) {
+    const auto known = constants_.find(number);
     if (known != constants_.end()) return known->second;
     const std::size_t first = tables_.places.size();
     tables_.places.push_back(0);
-    for (std::size_t c = 0; c < channels_; ++c) {
-      tables_.knot_values.push_back(tables_.crossing_values[crossing * channels_ + c]);
-    }
-    tables_.knot_values.resize(tables_.knot_values.size() + channels_);
+    for (const double v : crossing(number)) tables_.row_values.push_back(static_cast<float>(v));
+    tables_.row_values.resize(tables_.row_values.size() + channels_);
     const Line line = end_curve(0, first, kLastPlace);
-    constants_.emplace(crossing, line);
+    constants_.emplace(number, line);
     return line;
   }
 
   // A guide is one more bounded curve, over its own angle; its slopes are those of its spline.
   Line guide(const Guide& profile) {
-    tables_.guided = true;
-    tables_.guide_ratio = profile.ratio;
     std::vector<double> positions;
     for (const SamplePosition& place : profile.places) {
       positions.push_back(guide_position_deg(lattice_.nodes[kVertical], place));
@@ -218,22 +257,36 @@ class SliceTables::Maker {
   double longest_deg_;
   std::size_t channels_;
   ValueMap<double> map_;
-  std::vector<Line> curves_;                 ///< by number of slice, as if x were the turn
+  std::vector<double> crossings_;            ///< what slices hold for them; no number where that is not known yet
+  std::vector<Line> curves_;                 ///< by number of slice, as if x were the turn; kNone likewise
+  std::vector<std::size_t> first_samples_;   ///< by number of slice, in SlicedBrdf::positions
   std::map<std::uint32_t, Line> constants_;  ///< by crossing
+  SplineSolver<double> solver_;
+  SliceSamples samples_;  ///< of one slice, and what it holds
+  std::vector<double> values_;
+  std::vector<PlaceBucket> buckets_;
+  std::vector<double> slopes_;  ///< second derivatives, until their limits make them slopes
 };
 
-SliceTables::SliceTables(const SlicedBrdf& sliced, const Lattice& given, std::shared_ptr<const LatticeTables> tables)
+SliceTables::SliceTables(const SlicedBrdf& sliced, std::shared_ptr<const LatticeTables> tables)
     : lattice(std::move(tables)),
       channels(sliced.channel_count()),
-      knot_size(static_cast<std::uint32_t>(2 * channels)),
+      row_size(static_cast<std::uint32_t>(2 * channels)),
       log(sliced.domain.kind == DomainKind::kLog),
-      grey_shares(sliced.grey_shares) {
-  Maker(*this, sliced, given).make();
+      guided(sliced.guide.has_value()),
+      guide_ratio(sliced.guide ? sliced.guide->ratio : 1),
+      grey_shares(sliced.grey_shares) {}
+
+SliceTables::SliceTables(const SlicedBrdf& sliced, const Lattice& given, std::shared_ptr<const LatticeTables> tables,
+                         const Needs* only)
+    : SliceTables(sliced, std::move(tables)) {
+  Maker(*this, sliced, given).make(only);
 }
 
 std::size_t SliceTables::bytes() const {
   return crossing_values.size() * sizeof(float) + lines.size() * sizeof(Line) + places.size() * sizeof(std::int32_t) +
-         knot_values.size() * sizeof(float) + buckets.size() * sizeof(PlaceBucket) + groups.size() * sizeof(Group);
+         row_values.size() * sizeof(float) + knot_buckets.size() * sizeof(KnotBucket) +
+         row_buckets.size() * sizeof(RowBucket) + groups.size() * sizeof(Group);
 }
 
 }  // namespace sbrdf::internal

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "codec/evaluation/place_search.h"
-#include "codec/evaluation/places.h"
 #include "codec/evaluation/pole_ring.h"
+#include "codec/evaluation/tables/place_search.h"
+#include "codec/evaluation/tables/places.h"
 #include "codec/frame/lattice.h"
 
 namespace sbrdf::internal {
