@@ -9,7 +9,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kBucketsForCell = 4;
+constexpr std::size_t kBucketsForCell = 8;
 
 bool is_azimuth(std::size_t axis) { return axis == kAxial || axis == kDiagonal; }
 

@@ -32,7 +32,7 @@ inline PlaceSearch add_place_search(const std::vector<std::int32_t>& places, std
   const auto end = static_cast<std::uint64_t>(last);
   search.bucket_shift = 31;  // all places in one
   if (wanted > 1) {
-    search.bucket_shift = static_cast<std::uint32_t>(std::bit_width(std::max<std::uint64_t>(1, end / wanted)) - 1);
+    search.bucket_shift = static_cast<std::uint32_t>(std::bit_width(std::max<std::uint64_t>(1, end / wanted)));
   }
   auto place = static_cast<std::uint32_t>(first);
   for (std::uint64_t bucket = 0; bucket <= end >> search.bucket_shift; ++bucket) {
