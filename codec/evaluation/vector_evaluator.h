@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "codec/evaluation/tables/dense.h"
 #include "codec/evaluation/tables/presample.h"
 #include "codec/evaluation/tables/slice_tables.h"
 #include "codec/frame/lattice.h"
@@ -34,6 +35,12 @@ class VectorEvaluator {
   /// (see presample). Faster, and larger.
   [[nodiscard]] VectorEvaluator presampled(double tolerance) const {
     return VectorEvaluator(presample(tables_, tolerance));
+  }
+
+  /// The same as a dense table: see make_dense. `sliced` and `lattice` are those of the constructor.
+  [[nodiscard]] VectorEvaluator dense(const SlicedBrdf& sliced, const Lattice& lattice,
+                                      const DenseLimits& limits = {}) const {
+    return VectorEvaluator(make_dense(tables_, sliced, lattice, limits));
   }
 
   [[nodiscard]] std::size_t channel_count() const { return tables_.channels; }

@@ -11,6 +11,7 @@
 // After it, as every set of instructions has its own:
 #include <hwy/highway.h>
 
+#include "codec/evaluation/simd/dense_inl.h"
 #include "codec/evaluation/simd/lines_inl.h"
 #include "codec/evaluation/simd/spots_inl.h"
 #include "codec/evaluation/simd/sums_inl.h"
@@ -33,7 +34,15 @@ constexpr std::array<EvaluatePoints, kAxisCount + 1> kByMovingAxes = {
 
 EvaluatePoints kernel_for(const SliceTables& tables) {
   const std::size_t axes = tables.lattice->axes.size();
-  return tables.presampled ? kByMovingAxes<Presampled>[axes] : kByMovingAxes<Exact>[axes];
+  switch (tables.form) {
+    case SliceTables::Form::kExact:
+      return kByMovingAxes<Exact>[axes];
+    case SliceTables::Form::kPresampled:
+      return kByMovingAxes<Presampled>[axes];
+    case SliceTables::Form::kDense:
+      break;
+  }
+  return kByMovingAxes<Dense>[axes];
 }
 
 using AddNeeds = void (*)(const LatticeTables&, const std::uint32_t*, SliceTables::Needs&);

@@ -60,10 +60,13 @@ struct RingCell {
   float t;                                            ///< between them
 };
 
-/// Everything about a point that is the same for all channels.
-struct Point {
+struct PointInCell {
   alignas(16) std::array<std::uint32_t, kAxisCount> index;  ///< of its cell, by axis
   alignas(16) std::array<float, kAxisCount> t;              ///< fraction of the way to the next node, likewise
+};
+
+/// Everything about a point that is the same for all channels.
+struct Point : PointInCell {
   Lines lines;
   Weights weights;
   alignas(64) std::array<std::uint32_t, 16> corners;  ///< in LatticeTables::corners
@@ -147,14 +150,18 @@ HWY_INLINE void weigh_lanes(const Sides<D, kLaneCount>& sides, const std::uint32
 }
 
 template <std::size_t D>
-HWY_INLINE void weigh(const LatticeTables& lattice, const std::array<float, kAxisCount>& t, Weights& weights) {
+HWY_INLINE void weigh_corners(const LatticeTables& lattice, const std::array<float, kAxisCount>& t, float* weights) {
   if constexpr (D > 0) {
-    weigh_lanes<D>(CellSides<D>::kLines, lattice.axes.data(), t, weights.lines.data());
-    weigh_lanes<D>(CellSides<D>::kCorners, lattice.axes.data(), t, weights.corners.data());
+    weigh_lanes<D>(CellSides<D>::kCorners, lattice.axes.data(), t, weights);
   } else {
-    weights.corners[0] = 1;
-    for (std::size_t k = 1; k < kQuad; ++k) weights.corners[k] = 0;
+    weights[0] = 1;
+    for (std::size_t k = 1; k < kQuad; ++k) weights[k] = 0;
   }
+}
+template <std::size_t D>
+HWY_INLINE void weigh(const LatticeTables& lattice, const std::array<float, kAxisCount>& t, Weights& weights) {
+  if constexpr (D > 0) weigh_lanes<D>(CellSides<D>::kLines, lattice.axes.data(), t, weights.lines.data());
+  weigh_corners<D>(lattice, t, weights.corners.data());
 }
 
 // What was stored at an address, so that compilers read it there: taking numbers out of a vector costs more.
@@ -231,7 +238,7 @@ HWY_INLINE void load_pairs(D d, const std::uint32_t* words, const std::uint32_t*
 }
 
 /// The cell of each axis that holds a point, and how far through it.
-HWY_INLINE void find_cells(const LatticeTables& lattice, const std::uint32_t* x, Point& point) {
+HWY_INLINE void find_cells(const LatticeTables& lattice, const std::uint32_t* x, PointInCell& point) {
   const hn::FixedTag<std::uint32_t, kAxisCount> d;
   const hn::FixedTag<std::int32_t, kAxisCount> di;
   const hn::FixedTag<float, kAxisCount> df;
@@ -395,13 +402,19 @@ HWY_INLINE std::uint32_t turn_on_ring(const LatticeTables::Ring& ring, const std
 }
 
 template <std::size_t D>
-HWY_INLINE void number_corners(const LatticeTables& lattice, Point& point) {
+constexpr std::size_t kCornerLanes = std::max(kQuad, std::size_t{1} << D);
+
+/// The corners of a cell, in LatticeTables::corners.
+template <std::size_t D>
+HWY_INLINE void number_corners(const LatticeTables& lattice, const PointInCell& point, std::uint32_t* corners) {
   const QuadTag d;
   std::uint32_t first = 0;
-  for (const std::uint32_t axis : lattice.axes) first += point.index[axis] * lattice.corner_strides[axis];
-  constexpr std::size_t kCorners = std::max(kQuad, std::size_t{1} << D);
-  for (std::size_t k = 0; k < kCorners; k += kQuad) {
-    hn::Store(hn::Add(hn::Set(d, first), hn::Load(d, lattice.corner_steps.data() + k)), d, point.corners.data() + k);
+  for (std::size_t m = 0; m < D; ++m) {
+    const std::uint32_t axis = lattice.axes[m];
+    first += point.index[axis] * lattice.corner_strides[axis];
+  }
+  for (std::size_t k = 0; k < kCornerLanes<D>; k += kQuad) {
+    hn::Store(hn::Add(hn::Set(d, first), hn::Load(d, lattice.corner_steps.data() + k)), d, corners + k);
   }
 }
 
@@ -410,9 +423,8 @@ template <std::size_t D>
 HWY_INLINE void add_needs(const LatticeTables& lattice, const std::uint32_t* x, SliceTables::Needs& needs) {
   Point point;
   find_cells(lattice, x, point);
-  number_corners<D>(lattice, point);
-  needs.corners.insert(needs.corners.end(), point.corners.begin(),
-                       point.corners.begin() + std::max(kQuad, std::size_t{1} << D));
+  number_corners<D>(lattice, point, point.corners.data());
+  needs.corners.insert(needs.corners.end(), point.corners.begin(), point.corners.begin() + kCornerLanes<D>);
   for (std::size_t lane = 0; lane < kCellLines<D>; ++lane) {
     std::uint32_t number = lattice.lane_first[lane];
     for (const std::uint32_t axis : lattice.axes) number += point.index[axis] * lattice.lane_strides[axis][lane];
@@ -440,7 +452,7 @@ HWY_INLINE void find_lines(Form form, const SliceTables& tables, const std::uint
   const LatticeTables& lattice = *tables.lattice;
   find_cells(lattice, x, point);
   weigh<D>(lattice, point.t, point.weights);
-  number_corners<D>(lattice, point);
+  number_corners<D>(lattice, point, point.corners.data());
   const QuadTag d;
   add_cell_lines<D>(form, tables, x, point);
   if (tables.guided && (D != 3 || tables.guide_ratio != 1)) {

@@ -113,9 +113,7 @@ struct Means {
 /// A group of channels of all corners and lines of a cell.
 template <std::size_t D>
 struct CellValues {
-  static constexpr std::size_t kCorners = std::max(kQuad, std::size_t{1} << D);
-
-  alignas(64) std::array<float, kCorners * kLanes> corners;
+  alignas(64) std::array<float, kCornerLanes<D> * kLanes> corners;
   alignas(64) std::array<float, std::max<std::size_t>(1, kCellLines<D>) * kLanes> lines;
 };
 
@@ -124,7 +122,7 @@ HWY_INLINE void load_cell(Form form, const SliceTables& tables, const Point& poi
                           CellValues<D>& values) {
   const Wide d;
   const auto channels = static_cast<std::uint32_t>(tables.channels);
-  alignas(64) std::array<std::uint32_t, CellValues<D>::kCorners> rows;
+  alignas(64) std::array<std::uint32_t, kCornerLanes<D>> rows;
   for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = tables.lattice->corners[point.corners[k]] * channels;
   for (std::size_t k = 0; k < rows.size(); k += kAtOnce) {
     hn::Store(load_rows(d, tables.crossing_values.data() + channel, rows.data() + k), d,
@@ -150,7 +148,7 @@ template <std::size_t D>
 HWY_INLINE void find_means(const CellValues<D>& values, const Weights& weights, Means<V>& means) {
   constexpr std::size_t kAlong = lines_along(D);
   const Wide d;
-  means.corners = weighted_sum(d, values.corners.data(), weights.corners.data(), CellValues<D>::kCorners);
+  means.corners = weighted_sum(d, values.corners.data(), weights.corners.data(), kCornerLanes<D>);
   auto least = hn::Set(d, kGreatest);
   auto most = hn::Set(d, -kGreatest);
   for (std::size_t m = 0; m < D; ++m) {
@@ -376,6 +374,22 @@ HWY_INLINE void finish(D d, const SliceTables& tables, const SliceTables::Group&
   hn::Store(inverse(d, group, tables.log, v), d, values + at);
 }
 
+// A group of channels of a block to where all channels of each point stand together.
+HWY_INLINE void spread_out(const SliceTables& tables, const float* block, std::size_t group, std::size_t count,
+                           float* values) {
+  const std::size_t channel = group * kLanes;
+  const std::size_t here = std::min(kLanes, tables.channels - channel);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t c = 0; c < here; ++c) values[k * tables.channels + channel + c] = block[k * kLanes + c];
+  }
+}
+HWY_INLINE void take_off_shares(const SliceTables& tables, std::size_t count, float* values) {
+  if (!tables.grey_shares.active()) return;
+  for (std::size_t k = 0; k < count; ++k) {
+    tables.grey_shares.take_off(std::span(values + k * tables.channels, tables.channels));
+  }
+}
+
 /// The values of the first points of a block; `values` has a row for each.
 template <std::size_t D, class Form>
 HWY_INLINE void evaluate_points(Form form, const SliceTables& tables, const Spots& spots, std::size_t count,
@@ -393,15 +407,9 @@ HWY_INLINE void evaluate_points(Form form, const SliceTables& tables, const Spot
       for (std::size_t k = 0; k < count; k += kAtOnce)
         finish<D>(Wide(), tables, tables.groups[g], sums, k, block.data());
     }
-    const std::size_t here = std::min(kLanes, tables.channels - channel);
-    for (std::size_t k = 0; k < count; ++k) {
-      for (std::size_t c = 0; c < here; ++c) values[k * tables.channels + channel + c] = block[k * kLanes + c];
-    }
+    spread_out(tables, block.data(), g, count, values);
   }
-  if (!tables.grey_shares.active()) return;
-  for (std::size_t k = 0; k < count; ++k) {
-    tables.grey_shares.take_off(std::span(values + k * tables.channels, tables.channels));
-  }
+  take_off_shares(tables, count, values);
 }
 
 }  // namespace

@@ -24,24 +24,36 @@ std::uint32_t periods_log2(double longest_deg, double period_deg) {
 /// Fills the tables of one lattice.
 class LatticeTables::Maker {
  public:
-  Maker(LatticeTables& tables, const Lattice& lattice)
-      : tables_(tables), lattice_(lattice), longest_deg_(longest_period_deg(lattice.spec.id)) {}
+  explicit Maker(LatticeTables& tables) : tables_(tables), longest_deg_(longest_period_deg(tables.frame)) {}
 
-  void make() {
-    tables_.axial_stays = lattice_.nodes[kAxial].size() < 2;
-    tables_.corners = lattice_.corners;
-    tables_.corner_strides = lattice_.corner_strides;
-    add_axes();
-    add_lines();
-    for (const PoleRing& ring : pole_rings(lattice_)) add_ring(ring);
+  void make(const Lattice& lattice) {
+    tables_.corners = lattice.corners;
+    tables_.corner_strides = lattice.corner_strides;
+    add_axes(lattice.nodes);
+    number_lines(lattice);
+    for (const PoleRing& ring : pole_rings(lattice)) add_ring(ring);
     add_lanes();
-    tables_.cells.resize(tables_.cells.size() + 1);  // vectors are read from any cell on
+    end();
+  }
+
+  void make(const std::array<std::vector<double>, kAxisCount>& nodes) {
+    std::uint32_t stride = 1;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+      tables_.corner_strides[axis] = stride;
+      stride *= static_cast<std::uint32_t>(nodes[axis].size());
+    }
+    add_axes(nodes);
+    add_corner_steps();
+    end();
   }
 
  private:
-  void add_axes() {
+  void end() { tables_.cells.resize(tables_.cells.size() + 1); }  // vectors are read from any cell on
+
+  void add_axes(const std::array<std::vector<double>, kAxisCount>& all_nodes) {
+    tables_.axial_stays = all_nodes[kAxial].size() < 2;
     for (std::uint32_t axis = 0; axis < kAxisCount; ++axis) {
-      const std::vector<double>& nodes = lattice_.nodes[axis];
+      const std::vector<double>& nodes = all_nodes[axis];
       tables_.last_turn[axis] = is_azimuth(axis) ? 0xFFFFFFFFU : polar_turn(nodes.back());
       const TurnRule rule = turn_rule(tables_.frame, axis);
       tables_.turn_scale[axis] = rule.scale;
@@ -78,14 +90,14 @@ class LatticeTables::Maker {
     return search;
   }
 
-  void add_lines() {
+  void number_lines(const Lattice& lattice) {
     std::uint32_t number = 0;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       tables_.first_line[axis] = number * kLineWords;
       for (std::size_t a = 0; a < kAxisCount; ++a) {
-        tables_.line_strides[axis][a] = lattice_.line_strides[axis][a] * kLineWords;
+        tables_.line_strides[axis][a] = lattice.line_strides[axis][a] * kLineWords;
       }
-      if (lattice_.nodes[axis].size() > 1) number += static_cast<std::uint32_t>(lattice_.lines[axis].size());
+      if (lattice.nodes[axis].size() > 1) number += static_cast<std::uint32_t>(lattice.lines[axis].size());
     }
     tables_.line_count = number;
     tables_.guide_line = number * kLineWords;
@@ -133,19 +145,26 @@ class LatticeTables::Maker {
       tables_.lane_axis[lane] = kVertical;
       tables_.lane_first[lane] = tables_.guide_line;
     }
+    add_corner_steps();
+  }
+
+  void add_corner_steps() {
     for (std::size_t corner = 0; corner < tables_.corner_steps.size(); ++corner) {
-      for (std::size_t m = 0; m < moving; ++m) {
+      for (std::size_t m = 0; m < tables_.axes.size(); ++m) {
         if ((corner >> m & 1U) != 0) tables_.corner_steps[corner] += tables_.corner_strides[tables_.axes[m]];
       }
     }
   }
 
   LatticeTables& tables_;
-  const Lattice& lattice_;
   double longest_deg_;
 };
 
-LatticeTables::LatticeTables(const Lattice& lattice) : frame(lattice.spec.id) { Maker(*this, lattice).make(); }
+LatticeTables::LatticeTables(const Lattice& lattice) : frame(lattice.spec.id) { Maker(*this).make(lattice); }
+
+LatticeTables::LatticeTables(FrameId id, const std::array<std::vector<double>, kAxisCount>& nodes) : frame(id) {
+  Maker(*this).make(nodes);
+}
 
 std::size_t LatticeTables::bytes() const {
   std::size_t of_rings = 0;

@@ -54,6 +54,9 @@ struct LatticeTables {
   };
 
   explicit LatticeTables(const Lattice& lattice);
+  /// Of a table of values at all combinations of nodes, axis 0 fastest: without lines, rings and `corners`. Nodes as in
+  /// Lattice::nodes.
+  LatticeTables(FrameId frame, const std::array<std::vector<double>, kAxisCount>& nodes);
 
   [[nodiscard]] std::size_t bytes() const;
 

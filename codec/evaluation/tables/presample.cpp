@@ -147,7 +147,7 @@ class Presampler {
 
 SliceTables presample(const SliceTables& exact, double tolerance) {
   SliceTables made = exact;
-  made.presampled = true;
+  made.form = SliceTables::Form::kPresampled;
   made.row_size = static_cast<std::uint32_t>(exact.channels);
   made.places.clear();
   made.knot_buckets.clear();

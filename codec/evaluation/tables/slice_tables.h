@@ -17,12 +17,16 @@ namespace sbrdf::internal {
 /// LatticeTables.
 ///
 /// In the exact form curves are splines, and `knot_buckets`, `places` and `row_values` tell of their knots. In the
-/// pre-sampled form they are straight between rows, of which `row_buckets` and `row_values` tell.
+/// pre-sampled form they are straight between rows, of which `row_buckets` and `row_values` tell. In the dense form
+/// there are none, and `crossing_values` are those of all points of a lattice, guide and all, which the lattice's
+/// tables do not number.
 ///
 /// Values are those of the value domain less the guide, as float32. Channels are worked out in groups of kLanes; what
 /// the last group reads beyond the last channel means nothing.
 struct SliceTables {
   static constexpr std::size_t kLanes = 4;
+
+  enum class Form : std::uint8_t { kExact, kPresampled, kDense };
 
   /// How a line of the lattice is found on the curve of its slice: at the turn +-x + offset, which the slice's period
   /// and mirrors make a place. Samples are the knots of a curve, the first one of a periodic slice again at its end.
@@ -79,7 +83,7 @@ struct SliceTables {
   std::shared_ptr<const LatticeTables> lattice;
   std::size_t channels = 0;
   std::uint32_t row_size = 0;  ///< numbers of a row in `row_values`
-  bool presampled = false;
+  Form form = Form::kExact;
   bool log = false;
   bool guided = false;
   double guide_ratio = 1;

@@ -238,6 +238,52 @@ TEST(VectorEvaluator, PresampledGivesTheSameBitsInAnyBatch) {
   }
 }
 
+TEST(VectorEvaluator, DenseIsNearTheExactFormAndBetterWithMoreRoom) {
+  const Vectors pairs = many_pairs(3000);
+  for (const Material& material : materials()) {
+    if (!material.lattice.spec.symmetries.isotropic) continue;
+    const std::vector<float> expected = evaluate(material.evaluator, pairs);
+    const auto mean_error = [&](const VectorEvaluator& dense) {
+      const std::vector<float> values = evaluate(dense, pairs);
+      double sum = 0;
+      for (std::size_t k = 0; k < values.size(); ++k) sum += std::abs(values[k] / static_cast<double>(expected[k]) - 1);
+      return sum / static_cast<double>(values.size());
+    };
+    const VectorEvaluator rough = material.evaluator.dense(material.sliced, material.lattice, {0.05, 1U << 20U});
+    const VectorEvaluator fine = material.evaluator.dense(material.sliced, material.lattice, {0.002, 8U << 20U});
+    EXPECT_LT(rough.bytes(), fine.bytes());
+    EXPECT_LT(fine.bytes(), 9U << 20U);
+    EXPECT_LT(mean_error(fine), 0.5 * mean_error(rough));
+    EXPECT_LT(mean_error(fine), 0.005) << material.lattice.spec.axes[0].name;
+  }
+}
+
+TEST(VectorEvaluator, DenseGivesTheSameBitsInAnyBatchAndHoldsItsNodes) {
+  const Vectors pairs = many_pairs(101);
+  for (const Material& material : materials()) {
+    const VectorEvaluator dense = material.evaluator.dense(material.sliced, material.lattice, {0.1, 1U << 18U});
+    const std::size_t channels = dense.channel_count();
+    const std::vector<float> together = evaluate(dense, pairs);
+    std::vector<float> alone(channels);
+    for (std::size_t k = 0; k < pairs.i.size(); ++k) {
+      dense.evaluate(std::span(&pairs.v[k], 1), std::span(&pairs.i[k], 1), alone);
+      ASSERT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * channels)));
+    }
+    std::vector<float> exact(channels);
+    for (const Coordinates& x : material.lattice.crossings) {
+      bool on_nodes = true;  // some stand for others on the ring of a pole, where an axis has no node
+      for (std::size_t a = 0; a < kAxisCount; ++a) {
+        const std::vector<double>& nodes = material.lattice.nodes[a];
+        on_nodes = on_nodes && std::find(nodes.begin(), nodes.end(), x[a]) != nodes.end();
+      }
+      if (!on_nodes) continue;
+      dense.evaluate_at(x, alone);
+      material.evaluator.evaluate_at(x, exact);
+      for (std::size_t c = 0; c < channels; ++c) ASSERT_NEAR(alone[c] / exact[c], 1, 2e-5) << testing::PrintToString(x);
+    }
+  }
+}
+
 // A pair alone has tables of its own, with nothing in them but what it needs: the rings of poles, too.
 TEST(LazyEvaluator, GivesTheBitsOfTheWhole) {
   const Vectors pairs = many_pairs(300);
