@@ -1,8 +1,13 @@
 #include <algorithm>
 #include <bit>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "codec/coding/value_scaling.h"
 #include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/lazy_evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/frame/cells.h"
@@ -59,6 +64,18 @@ void check_cell(const PartialSliced& part, const DecodedSliced& decoded, const D
   require(same_bits(values, expected), "a loaded cell has the values of the whole file");
 }
 
+// A pair alone has tables of its own; they give what the whole gives.
+void check_vectors(const DecodedSliced& decoded, const DirectionPair& pair) {
+  const glm::vec3 i(vector_from_direction(pair.i));
+  const glm::vec3 v(vector_from_direction(pair.v));
+  std::vector<float> values(decoded.sliced.channel_count());
+  std::vector<float> expected(values.size());
+  const LazyEvaluator lazy(decoded.sliced, decoded.lattice);
+  lazy.evaluate(std::span(&i, 1), std::span(&v, 1), values);
+  lazy.whole().evaluate(std::span(&v, 1), std::span(&i, 1), expected);
+  require(same_bits(values, expected), "tables of a pair have the values of those of the whole");
+}
+
 }  // namespace
 
 void exercise_sliced(const Bytes& file) {
@@ -85,6 +102,7 @@ void exercise_sliced(const Bytes& file) {
   check_depths(*reader, *decoded);
   require(part.ok(), "a cell of what decodes can be loaded");
   check_cell(*part, *decoded, pair);
+  check_vectors(*decoded, pair);
   // Writing is slow: in one way, which the file's bytes choose.
   const std::uint32_t bits = checksum(file);
   const bool bounded = (bits & 2U) != 0 && decoded->precision >= kFinestBound && decoded->precision <= 0.5;
