@@ -1,0 +1,25 @@
+#include "converters/source/vector_brdf.h"
+
+#include <algorithm>
+#include <array>
+
+namespace sbrdf::internal {
+
+VectorBrdf vector_brdf_of(const BrdfSource& source) {
+  const std::size_t channels = source.channel_count();
+  const auto evaluate = [&source, channels](std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                                            std::span<float> values) {
+    std::array<DirectionPair, 64> pairs;
+    for (std::size_t first = 0; first < w_i.size(); first += pairs.size()) {
+      const std::size_t size = std::min(pairs.size(), w_i.size() - first);
+      for (std::size_t k = 0; k < size; ++k) {
+        pairs[k] = {direction_from_vector(glm::dvec3(w_i[first + k])),
+                    direction_from_vector(glm::dvec3(w_v[first + k]))};
+      }
+      source.evaluate(std::span(pairs).first(size), values.subspan(first * channels, size * channels));
+    }
+  };
+  return {evaluate, channels, source.traits().isotropic};
+}
+
+}  // namespace sbrdf::internal
