@@ -15,7 +15,7 @@ std::optional<Incidence> Incidence::fold(const glm::dvec3& w_i, IncidenceSymmetr
   if (!(w_i.z > 0) || !std::isfinite(length)) return std::nullopt;
   Incidence incidence;
   glm::dvec3 w = w_i / length;
-  const double across = std::hypot(w.x, w.y);
+  const double across = std::sqrt(w.x * w.x + w.y * w.y);
   if (symmetry == IncidenceSymmetry::kIsotropic && across > 0) {
     incidence.x_ = {w.x / across, w.y / across, 0};
     incidence.y_ = {-incidence.x_.y, incidence.x_.x, 0};

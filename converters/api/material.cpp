@@ -46,6 +46,11 @@ internal::DirectionPair pair_of(const glm::vec3& w_i, const glm::vec3& w_v) {
 
 glm::vec3 vector_of(const std::array<float, 3>& w) { return {w[0], w[1], w[2]}; }
 
+std::array<float, 3> vector_of(const Direction& direction) {
+  const glm::vec3 w(internal::vector_from_direction({direction.theta, direction.phi}));
+  return {w.x, w.y, w.z};
+}
+
 /// On all cores.
 void evaluate_vectors(const internal::VectorEvaluator& evaluator, std::span<const std::array<float, 3>> w_i,
                       std::span<const std::array<float, 3>> w_v, std::span<float> values) {
@@ -323,6 +328,10 @@ Sample Material::sample(const std::array<float, 3>& w_i, const std::array<float,
   return drawn;
 }
 
+Sample Material::sample(const Direction& i, const std::array<float, 2>& u, std::span<float> values) const {
+  return sample(vector_of(i), u, values);
+}
+
 void Material::sample(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 2>> u,
                       std::span<Sample> samples, std::span<float> values) const {
   const std::size_t channels = channel_count();
@@ -338,6 +347,8 @@ void Material::sample(std::span<const std::array<float, 3>> w_i, std::span<const
 float Material::pdf(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) const {
   return state_->for_drawing().pdf(vector_of(w_i), vector_of(w_v));
 }
+
+float Material::pdf(const DirectionPair& pair) const { return pdf(vector_of(pair.i), vector_of(pair.v)); }
 
 bool Material::covers(const DirectionPair& pair) const { return !state_->part || state_->part->covers(pair_of(pair)); }
 

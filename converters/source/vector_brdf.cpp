@@ -2,11 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
+
+#include "codec/evaluation/vector_evaluator.h"
+#include "codec/file/encoder.h"
 
 namespace sbrdf::internal {
 
 VectorBrdf vector_brdf_of(const BrdfSource& source) {
   const std::size_t channels = source.channel_count();
+  const bool isotropic = source.traits().isotropic;
+  if (const DecodedSliced* slices = source.sliced()) {
+    const auto evaluator = std::make_shared<const VectorEvaluator>(slices->sliced, slices->lattice);
+    return {[evaluator](std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v, std::span<float> values) {
+              evaluator->evaluate(w_i, w_v, values);
+            },
+            channels, isotropic};
+  }
   const auto evaluate = [&source, channels](std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
                                             std::span<float> values) {
     std::array<DirectionPair, 64> pairs;
@@ -19,7 +31,7 @@ VectorBrdf vector_brdf_of(const BrdfSource& source) {
       source.evaluate(std::span(pairs).first(size), values.subspan(first * channels, size * channels));
     }
   };
-  return {evaluate, channels, source.traits().isotropic};
+  return {evaluate, channels, isotropic};
 }
 
 }  // namespace sbrdf::internal

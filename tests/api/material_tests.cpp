@@ -283,11 +283,12 @@ TEST_F(MaterialTest, ServesManyThreads) {
 
 using Vector = std::array<float, 3>;
 
-Vector vector_of(double theta_deg, double phi_deg) {
-  const sbrdf::Direction d = pair_from_degrees(theta_deg, phi_deg, 0, 0).i;
+Vector vector_of(const sbrdf::Direction& d) {
   return {static_cast<float>(std::sin(d.theta) * std::cos(d.phi)),
           static_cast<float>(std::sin(d.theta) * std::sin(d.phi)), static_cast<float>(std::cos(d.theta))};
 }
+
+Vector vector_of(double theta_deg, double phi_deg) { return vector_of(pair_from_degrees(theta_deg, phi_deg, 0, 0).i); }
 
 /// As many as asked for, the same every time: multiples of the golden ratio and of the root of 2.
 struct Draws {
@@ -325,6 +326,21 @@ TEST_F(MaterialTest, DrawsWhatItEvaluatesAndTellsItsDensity) {
     material.evaluate(draws.w_i, w_v, expected);
     EXPECT_EQ(values, expected);
   }
+}
+
+TEST_F(MaterialTest, DrawsForAnglesAsForVectors) {
+  const Material material = open("kurt:fabric112");
+  for (const DirectionPair& pair : some_pairs(200)) {
+    std::array<float, 3> values{};
+    std::array<float, 3> expected{};
+    EXPECT_EQ(material.sample(pair.i, {0.3F, 0.6F}, values).w_v,
+              material.sample(vector_of(pair.i), {0.3F, 0.6F}, expected).w_v);
+    EXPECT_EQ(values, expected);
+    EXPECT_EQ(material.pdf(pair), material.pdf(vector_of(pair.i), vector_of(pair.v)));
+  }
+  std::array<float, 3> values{};
+  EXPECT_EQ(material.sample(sbrdf::Direction{1.6, 0}, {0.3F, 0.6F}, values).pdf, 0);
+  EXPECT_EQ(material.pdf({{0.1, std::nan("")}, {0.2, 0}}), 0);
 }
 
 // The share of the light that comes back, by the cosine's rule of midpoints, too.

@@ -1,7 +1,7 @@
 // Importance sampling, material by material and for five directions of the light: whether directions are drawn as the
 // density says (chi-square of a million), what the density integrates to, how much smaller the variance of
 // f_r cos theta_v / pdf is than with directions drawn by the cosine, bytes and time. Prints Markdown.
-//   importance_benchmark NAME ...      files, or kurt:NAME
+//   importance_benchmark [--samples N] NAME ...      files, or kurt:NAME; with 0 samples only bytes and times
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ struct Row {
   double integral = 0;  ///< of the density
   double variance = 0;  ///< relative to the square of the mean
   double cosine_variance = 0;
-  double cosine_share = 0;
+  double largest = 0;  ///< of f_r cos / pdf, over the mean
 };
 
 double mean_of(std::span<const float> values) {
@@ -51,6 +51,7 @@ Row measure(const ImportanceTable& table, const VectorBrdf& brdf, const glm::vec
   double sum = 0;
   double squares = 0;
   double cosine_squares = 0;
+  double largest = 0;
   for (std::size_t k = 0; k < sample_count; ++k) {
     const double u = draw_uniform(random, 1);
     const DrawnDirection drawn = table.sample(w_i, {u, draw_uniform(random, 1)});
@@ -60,13 +61,14 @@ Row measure(const ImportanceTable& table, const VectorBrdf& brdf, const glm::vec
     const auto cosine = static_cast<double>(drawn.w_v.z);
     const double weight = f * cosine / static_cast<double>(drawn.pdf);
     sum += weight;
+    largest = std::max(largest, weight);
     squares += weight * weight;
     cosine_squares += f * weight * kPi;  // of (f pi)^2 with the density cos / pi
   }
   const auto count = static_cast<double>(sample_count);
   const double square = (sum / count) * (sum / count);
   return {chi_square_chance(bins.masses(), counts), bins.total(), squares / count / square - 1,
-          cosine_squares / count / square - 1, 0};
+          cosine_squares / count / square - 1, largest / (sum / count)};
 }
 
 struct Times {
@@ -137,42 +139,57 @@ void print(const char* title, const std::vector<Measured>& all, const char* form
   }
 }
 
+void print_distributions(const std::vector<Measured>& all) {
+  print("Variance, over that of directions by the cosine:", all, "%.2g",
+        [](const Row& row) { return row.variance / row.cosine_variance; });
+  print("Variance over the square of the mean:", all, "%.2g", [](const Row& row) { return row.variance; });
+  print("The same of directions by the cosine:", all, "%.2g", [](const Row& row) { return row.cosine_variance; });
+  print("Largest of all over the mean:", all, "%.2g", [](const Row& row) { return row.largest; });
+  print("Chi-square, the chance of a larger one:", all, "%.3f", [](const Row& row) { return row.chance; });
+  print("Integral of the density, less 1:", all, "%.1e", [](const Row& row) { return row.integral - 1; });
+}
+
+void print_costs(const std::vector<Measured>& all) {
+  std::printf("\n| material | bytes | made in, ms | evaluation, ns | sample / evaluation | pdf / evaluation |\n");
+  std::printf("|---|---|---|---|---|---|\n");
+  for (const Measured& one : all) {
+    const Times& times = one.times;
+    std::printf("| %s | %zu | %.0f | %.0f | %.2f | %.2f |\n", one.name.c_str(), one.bytes, one.build_ms, times.evaluate,
+                times.sample / times.evaluate, times.pdf / times.evaluate);
+  }
+}
+
+Measured measure(const BrdfSource& source, const std::string& name) {
+  const VectorBrdf brdf = vector_brdf_of(source);
+  const double start = processor_seconds();
+  const ImportanceTable table = make_importance_table(brdf);
+  Measured one = {short_name(name), {}, 1000 * (processor_seconds() - start), table.bytes(), {}};
+  for (const double theta : kThetas) {
+    if (sample_count == 0) break;
+    one.rows.push_back(measure(table, brdf, glm::vec3(vector_from_direction(direction_from_degrees(theta, kPhi)))));
+  }
+  one.times = time(table, brdf);
+  return one;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::vector<Measured> all;
-  if (const char* count = std::getenv("SAMPLES")) sample_count = std::strtoull(count, nullptr, 10);
-  for (int k = 1; k < argc; ++k) {
+  int first = 1;
+  if (argc > 2 && std::string(argv[1]) == "--samples") {
+    sample_count = std::strtoull(argv[2], nullptr, 10);
+    first = 3;
+  }
+  for (int k = first; k < argc; ++k) {
     const auto opened = open_source(std::string(argv[k]));
     if (!opened) {
       std::fprintf(stderr, "%s: %s\n", argv[k], opened.error().message.c_str());
       return 1;
     }
-    const VectorBrdf brdf = vector_brdf_of(*opened->source);
-    Measured one;
-    one.name = short_name(argv[k]);
-    const double start = processor_seconds();
-    const ImportanceTable table = make_importance_table(brdf);
-    one.build_ms = 1000 * (processor_seconds() - start);
-    one.bytes = table.bytes();
-    for (const double theta : kThetas) {
-      const glm::vec3 w_i(vector_from_direction(direction_from_degrees(theta, kPhi)));
-      one.rows.push_back(measure(table, brdf, w_i));
-    }
-    one.times = time(table, brdf);
-    all.push_back(std::move(one));
+    all.push_back(measure(*opened->source, argv[k]));
   }
-  print("Chi-square, the chance of a larger one:", all, "%.3f", [](const Row& row) { return row.chance; });
-  print("Integral of the density, less 1:", all, "%.1e", [](const Row& row) { return row.integral - 1; });
-  print("Variance, over that of directions by the cosine:", all, "%.3g",
-        [](const Row& row) { return row.variance / row.cosine_variance; });
-  print("Variance over the square of the mean:", all, "%.3g", [](const Row& row) { return row.variance; });
-  print("The same of directions by the cosine:", all, "%.3g", [](const Row& row) { return row.cosine_variance; });
-  std::printf(
-      "\n| material | bytes | made in, ms | sample, ns | pdf, ns | evaluate, ns |\n|---|---|---|---|---|---|\n");
-  for (const Measured& one : all) {
-    std::printf("| %s | %zu | %.0f | %.0f | %.0f | %.0f |\n", one.name.c_str(), one.bytes, one.build_ms,
-                one.times.sample, one.times.pdf, one.times.evaluate);
-  }
+  if (sample_count > 0) print_distributions(all);
+  print_costs(all);
   return 0;
 }

@@ -229,10 +229,13 @@ class SBRDF_API Material {
   /// Where the light is to be drawn for a viewer, exchange the two, if the material is reciprocal. Of several channels
   /// the mean is what counts, and values below zero count as 0: they are seldom drawn, but returned as they are.
   ///
-  /// The first call of one of the three below makes a table for it from some ten thousand pairs, in some hundredths of
+  /// The first call of one of those below makes a table for it from some ten thousand pairs, in some hundredths of
   /// a second; it takes at most 256 KiB, for what is not isotropic 1 MiB. Of a Part those pairs that it does not cover
   /// count as 0 there; where one is drawn nevertheless, its values are NaN.
   Sample sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const;
+
+  /// The same for angles; what is drawn is a vector nevertheless.
+  Sample sample(const Direction& i, const std::array<float, 2>& u, std::span<float> values) const;
 
   /// The same for many; `w_i`, `u` and `samples` have the same length, `values` samples.size() x channel_count()
   /// entries, channel fastest. Spread over all cores; the same bits as one by one.
@@ -243,6 +246,9 @@ class SBRDF_API Material {
   /// bits that it told. Its integral over the directions above the horizon is 1, and it is above 0 on all of them. 0
   /// where one of both is on the horizon or below, or not finite. Vectors of any length but 0.
   [[nodiscard]] float pdf(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) const;
+
+  /// The same for angles, brought into vectors of float32 first.
+  [[nodiscard]] float pdf(const DirectionPair& pair) const;
 
   /// Of pairs above the horizon: false only for a Part and a pair outside of it.
   [[nodiscard]] bool covers(const DirectionPair& pair) const;
