@@ -18,6 +18,7 @@ constexpr double kSameSides = 0.01;  // relative difference up to which two side
 constexpr double kMostStretched = 1.0 / 64;
 // Of the rings, which share follows where the light is; the rest is spread over the angle.
 constexpr double kShareByMass = 0.6;
+constexpr double kFade = 0.7;  // from one ring of the pilot to the next, at most
 
 /// Points of polar coordinates about the mirror directions of a few directions to the light.
 struct Pilot {
@@ -119,15 +120,18 @@ Stretch stretch_of(const Pilot& pilot, IncidenceSymmetry symmetry) {
 /// Ends of rings between which there is as much of: where the light lies, in equal parts with all angles.
 std::vector<double> radii_of(const Pilot& pilot, const Stretch& stretch, std::size_t rings) {
   std::array<double, kRings> masses{};
-  double sum = 0;
   for (std::size_t k = 0; k < pilot.masses.size(); ++k) {
     const glm::dvec2& s = pilot.slopes[k];
     const double x = s.x / stretch.xx;
     const double length = std::hypot(x, (s.y - stretch.yx * x) / stretch.yy);
     const double at = (std::log(length) - kLogLeast) / kLogStep;
     masses[static_cast<std::size_t>(std::clamp(at, 0.0, kRings - 1.0))] += pilot.masses[k];
-    sum += pilot.masses[k];
   }
+  // A highlight fades on both sides of where it was seen, and where it fades cells must not be wide: one that is lit at
+  // a corner only would get far too much.
+  for (std::size_t k = 1; k < kRings; ++k) masses[k] = std::max(masses[k], kFade * masses[k - 1]);
+  for (std::size_t k = kRings - 1; k > 0; --k) masses[k - 1] = std::max(masses[k - 1], kFade * masses[k]);
+  const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   // Steps from 0 to 1 over an ever larger logarithm of the slope.
   std::vector<double> logs;
   std::vector<double> steps;

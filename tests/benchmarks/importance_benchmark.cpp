@@ -117,9 +117,7 @@ struct Measured {
 
 std::string short_name(const std::string& name) {
   std::string last = name.substr(name.find_last_of("/:") + 1);
-  for (const std::string end : {"_rgb.bsdf", ".sbrdf"}) {
-    if (last.ends_with(end)) last.resize(last.size() - end.size());
-  }
+  if (const std::string end = "_rgb.bsdf"; last.ends_with(end)) last.resize(last.size() - end.size());
   return last;
 }
 

@@ -46,6 +46,7 @@ double lobe(const glm::dvec3& i, const glm::dvec3& v, double a, double b, double
 double nothing(const glm::dvec3& /*i*/, const glm::dvec3& /*v*/) { return 0; }
 double matt(const glm::dvec3& /*i*/, const glm::dvec3& /*v*/) { return 0.2; }
 double mirror_like(const glm::dvec3& i, const glm::dvec3& v) { return lobe(i, v, 0.003, 0.003, 0); }
+double needle(const glm::dvec3& i, const glm::dvec3& v) { return lobe(i, v, 0.0003, 0.0003, 0); }
 double paint(const glm::dvec3& i, const glm::dvec3& v) { return 0.1 + 0.3 * lobe(i, v, 0.1, 0.1, 0); }
 double brushed(const glm::dvec3& i, const glm::dvec3& v) { return 0.01 + lobe(i, v, 0.02, 0.3, 0); }
 double brushed_aslant(const glm::dvec3& i, const glm::dvec3& v) { return 0.01 + lobe(i, v, 0.02, 0.3, 0.6); }
@@ -189,6 +190,15 @@ TEST(ImportanceTable, VariesFarLessThanTheCosine) {
           variance(one.brdf, table, w_i, false) / std::max(variance(one.brdf, table, w_i, true), 1e-12);
       EXPECT_LT(ratio, limit->second) << one.name << ' ' << theta;
     }
+  }
+}
+
+TEST(ImportanceTable, FindsAHighlightAFiftiethOfADegreeWide) {
+  const VectorBrdf brdf = brdf_of(needle, true);
+  const ImportanceTable table = make_importance_table(brdf);
+  for (const double theta : {0.0, 60.0, 85.0}) {
+    const glm::vec3 w_i = light(theta, 70);
+    EXPECT_LT(variance(brdf, table, w_i, false), 1e-5 * variance(brdf, table, w_i, true)) << theta;
   }
 }
 
