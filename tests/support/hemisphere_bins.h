@@ -70,7 +70,7 @@ class HemisphereBins {
   void build(const Patch& patch, std::size_t at) {
     if (at == 0) nodes_.emplace_back();
     const bool fine = std::max(patch.height(), patch.width()) < kSmallest;
-    const double mass = fine || far_from_centre(patch) ? integral(patch, midpoints(patch), 0) : 1;
+    const double mass = fine || far_from_centre(patch) ? integral(patch, lattice_sum(patch), 0) : 1;
     if (mass <= most_ || fine) {
       nodes_[at].bin = masses_.size();
       masses_.push_back(mass);
@@ -93,18 +93,19 @@ class HemisphereBins {
     return distance > std::max(patch.height(), patch.width()) / 2;
   }
 
-  [[nodiscard]] double midpoints(const Patch& patch) const {
-    constexpr int kCount = 6;
+  /// By a Fibonacci lattice, no two of whose points share z or phi: steps of the density that run along either would be
+  /// seen alike by all grids that halve each other.
+  [[nodiscard]] double lattice_sum(const Patch& patch) const {
+    constexpr int kCount = 55;
+    constexpr int kBefore = 34;
     double sum = 0;
-    for (int a = 0; a < kCount; ++a) {
-      const double z = patch.z_low + (a + 0.5) / kCount * (patch.z_high - patch.z_low);
+    for (int k = 0; k < kCount; ++k) {
+      const double z = patch.z_low + (k + 0.5) / kCount * (patch.z_high - patch.z_low);
+      const double phi = patch.phi_low + (k * kBefore % kCount + 0.5) / kCount * (patch.phi_high - patch.phi_low);
       const double r = std::sqrt(1 - z * z);
-      for (int b = 0; b < kCount; ++b) {
-        const double phi = patch.phi_low + (b + 0.5) / kCount * (patch.phi_high - patch.phi_low);
-        sum += density_({r * std::cos(phi), r * std::sin(phi), z});
-      }
+      sum += density_({r * std::cos(phi), r * std::sin(phi), z});
     }
-    return sum * (patch.z_high - patch.z_low) * (patch.phi_high - patch.phi_low) / (kCount * kCount);
+    return sum * (patch.z_high - patch.z_low) * (patch.phi_high - patch.phi_low) / kCount;
   }
 
   /// Quartered until quarters agree with the whole; the density has steps.
@@ -117,7 +118,7 @@ class HemisphereBins {
                                             {z, patch.z_high, phi, patch.phi_high}}};
     std::array<double, 4> masses;
     double sum = 0;
-    for (std::size_t k = 0; k < 4; ++k) sum += masses[k] = midpoints(quarters[k]);
+    for (std::size_t k = 0; k < 4; ++k) sum += masses[k] = lattice_sum(quarters[k]);
     if ((depth >= 1 && std::abs(sum - whole) < accuracy_) || depth == 8) return sum;
     sum = 0;
     for (std::size_t k = 0; k < 4; ++k) sum += integral(quarters[k], masses[k], depth + 1);
