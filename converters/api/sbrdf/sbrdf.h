@@ -229,9 +229,9 @@ class SBRDF_API Material {
   /// Where the light is to be drawn for a viewer, exchange the two, if the material is reciprocal. Of several channels
   /// the mean is what counts, and values below zero count as 0: they are seldom drawn, but returned as they are.
   ///
-  /// The first call of one of those below makes a table for it, from some 40,000 pairs, or up to 220,000 for what is not
-  /// isotropic; it takes at most 256 KiB, or 1 MiB. Of a Part those pairs that it does not cover count as 0 there; where
-  /// one is drawn nevertheless, its values are NaN.
+  /// The first call of one of those below makes a table for it, from some 40,000 pairs, or up to 220,000 for what is
+  /// not isotropic; it takes at most 256 KiB, or 1 MiB. Of a Part those pairs that it does not cover count as 0 there;
+  /// where one is drawn nevertheless, its values are NaN.
   Sample sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const;
 
   /// The same for angles; what is drawn is a vector nevertheless.
