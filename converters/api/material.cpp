@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <thread>
 
 #include "codec/evaluation/vector_evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
+#include "codec/importance/importance_table.h"
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
@@ -38,9 +40,15 @@ internal::DirectionPair pair_of(const DirectionPair& pair) {
   return finite({{pair.i.theta, pair.i.phi}, {pair.v.theta, pair.v.phi}});
 }
 
-internal::DirectionPair pair_of(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) {
-  return finite({internal::direction_from_vector({w_i[0], w_i[1], w_i[2]}),
-                 internal::direction_from_vector({w_v[0], w_v[1], w_v[2]})});
+internal::DirectionPair pair_of(const glm::vec3& w_i, const glm::vec3& w_v) {
+  return finite({internal::direction_from_vector(glm::dvec3(w_i)), internal::direction_from_vector(glm::dvec3(w_v))});
+}
+
+glm::vec3 vector_of(const std::array<float, 3>& w) { return {w[0], w[1], w[2]}; }
+
+std::array<float, 3> vector_of(const Direction& direction) {
+  const glm::vec3 w(internal::vector_from_direction({direction.theta, direction.phi}));
+  return {w.x, w.y, w.z};
 }
 
 /// On all cores.
@@ -53,10 +61,8 @@ void evaluate_vectors(const internal::VectorEvaluator& evaluator, std::span<cons
     for (std::size_t done = 0; done < size; done += kBlock) {
       const std::size_t count = std::min(kBlock, size - done);
       for (std::size_t k = 0; k < count; ++k) {
-        const auto& from_i = w_i[first + done + k];
-        const auto& from_v = w_v[first + done + k];
-        i[k] = {from_i[0], from_i[1], from_i[2]};
-        v[k] = {from_v[0], from_v[1], from_v[2]};
+        i[k] = vector_of(w_i[first + done + k]);
+        v[k] = vector_of(w_v[first + done + k]);
       }
       evaluator.evaluate(std::span(i).first(count), std::span(v).first(count),
                          values.subspan((first + done) * channels, count * channels));
@@ -95,6 +101,8 @@ struct [[gnu::visibility("hidden")]] Material::State {
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
   mutable std::once_flag vectors_asked;
   mutable std::optional<internal::VectorEvaluator> vectors;
+  mutable std::once_flag drawing_asked;
+  mutable std::optional<internal::ImportanceTable> drawing;
 
   static Result<Material> open(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_model(const std::string& name, const OpenOptions& options);
@@ -116,6 +124,54 @@ struct [[gnu::visibility("hidden")]] Material::State {
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const std::span<float> own = values.subspan(k * channels, channels);
       if (!part->evaluate(pairs[k], own)) std::fill(own.begin(), own.end(), std::nanf(""));
+    }
+  }
+
+  /// On this thread: the bits of `Material::evaluate` for vectors.
+  void evaluate_here(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v, std::span<float> values) const {
+    if (const internal::VectorEvaluator* evaluator = for_vectors()) return evaluator->evaluate(w_i, w_v, values);
+    const std::size_t channels = traits.channels.size();
+    std::array<internal::DirectionPair, 16> pairs;  // few, as one is what most calls are about
+    for (std::size_t first = 0; first < w_i.size(); first += pairs.size()) {
+      const std::size_t size = std::min(pairs.size(), w_i.size() - first);
+      for (std::size_t k = 0; k < size; ++k) pairs[k] = pair_of(w_i[first + k], w_v[first + k]);
+      evaluate(std::span(pairs).first(size), values.subspan(first * channels, size * channels));
+    }
+  }
+
+  /// Made when the first direction is drawn, or a density asked for.
+  [[nodiscard]] const internal::ImportanceTable& for_drawing() const {
+    std::call_once(drawing_asked, [&] {
+      const auto evaluate_vectors = [&](std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                                        std::span<float> own) { evaluate_here(w_i, w_v, own); };
+      static_cast<void>(for_vectors());
+      // In an arena of its own: a thread that waits for others here must not begin tasks of the caller's, which may
+      // draw, too, and would wait for this.
+      internal::with_threads(std::max(1U, std::thread::hardware_concurrency()), [&] {
+        drawing.emplace(internal::make_importance_table({evaluate_vectors, traits.channels.size(), traits.isotropic}));
+      });
+    });
+    return *drawing;
+  }
+
+  /// One block at most, on this thread.
+  void draw_block(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 2>> u,
+                  std::span<Sample> samples, std::span<float> values) const {
+    const internal::ImportanceTable& table = for_drawing();
+    std::array<glm::vec3, kBlock> i;
+    std::array<glm::vec3, kBlock> v;
+    for (std::size_t k = 0; k < w_i.size(); ++k) {
+      i[k] = vector_of(w_i[k]);
+      const internal::DrawnDirection drawn = table.sample(i[k], {u[k][0], u[k][1]});
+      v[k] = drawn.w_v;
+      samples[k] = {{v[k].x, v[k].y, v[k].z}, drawn.pdf};
+    }
+    evaluate_here(std::span(i).first(w_i.size()), std::span(v).first(w_i.size()), values);
+    const std::size_t channels = traits.channels.size();
+    for (std::size_t k = 0; k < w_i.size(); ++k) {
+      if (samples[k].pdf > 0) continue;
+      const std::span own = values.subspan(k * channels, channels);
+      std::fill(own.begin(), own.end(), 0.0F);
     }
   }
 
@@ -261,9 +317,38 @@ void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<con
   if (const internal::VectorEvaluator* evaluator = state_->for_vectors()) {
     return evaluate_vectors(*evaluator, w_i, w_v, values);
   }
-  const auto pair_at = [&](std::size_t k) { return pair_of(w_i[k], w_v[k]); };
+  const auto pair_at = [&](std::size_t k) { return pair_of(vector_of(w_i[k]), vector_of(w_v[k])); };
   state_->evaluate_blocks(w_i.size(), pair_at, values);
 }
+
+Sample Material::sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const {
+  assert(values.size() == channel_count());
+  Sample drawn;
+  state_->draw_block(std::span(&w_i, 1), std::span(&u, 1), std::span(&drawn, 1), values);
+  return drawn;
+}
+
+Sample Material::sample(const Direction& i, const std::array<float, 2>& u, std::span<float> values) const {
+  return sample(vector_of(i), u, values);
+}
+
+void Material::sample(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 2>> u,
+                      std::span<Sample> samples, std::span<float> values) const {
+  const std::size_t channels = channel_count();
+  assert(w_i.size() == samples.size() && u.size() == samples.size() && values.size() == samples.size() * channels);
+  internal::parallel_for((samples.size() + kBlock - 1) / kBlock, [&](std::uint64_t block) {
+    const auto first = static_cast<std::size_t>(block) * kBlock;
+    const std::size_t size = std::min(kBlock, samples.size() - first);
+    state_->draw_block(w_i.subspan(first, size), u.subspan(first, size), samples.subspan(first, size),
+                       values.subspan(first * channels, size * channels));
+  });
+}
+
+float Material::pdf(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) const {
+  return state_->for_drawing().pdf(vector_of(w_i), vector_of(w_v));
+}
+
+float Material::pdf(const DirectionPair& pair) const { return pdf(vector_of(pair.i), vector_of(pair.v)); }
 
 bool Material::covers(const DirectionPair& pair) const { return !state_->part || state_->part->covers(pair_of(pair)); }
 

@@ -281,6 +281,154 @@ TEST_F(MaterialTest, ServesManyThreads) {
   EXPECT_THAT(found, testing::Each(expected));
 }
 
+using Vector = std::array<float, 3>;
+
+Vector vector_of(const sbrdf::Direction& d) {
+  return {static_cast<float>(std::sin(d.theta) * std::cos(d.phi)),
+          static_cast<float>(std::sin(d.theta) * std::sin(d.phi)), static_cast<float>(std::cos(d.theta))};
+}
+
+Vector vector_of(double theta_deg, double phi_deg) { return vector_of(pair_from_degrees(theta_deg, phi_deg, 0, 0).i); }
+
+/// As many as asked for, the same every time: multiples of the golden ratio and of the root of 2.
+struct Draws {
+  std::vector<Vector> w_i;
+  std::vector<std::array<float, 2>> u;
+
+  explicit Draws(int count) {
+    for (int k = 1; k <= count; ++k) {
+      w_i.push_back(vector_of(0.3 + k * 37 % 89, k * 71));
+      u.push_back({static_cast<float>(std::fmod(0.618033988749895 * k, 1)),
+                   static_cast<float>(std::fmod(1.414213562373095 * k, 1))});
+    }
+  }
+};
+
+TEST_F(MaterialTest, DrawsWhatItEvaluatesAndTellsItsDensity) {
+  for (const std::string& name : {std::string("kurt:fabric112"), small_file("m.sbrdf")}) {
+    const Material material = open(name);
+    const Draws draws(2000);
+    std::vector<sbrdf::Sample> samples(draws.u.size());
+    std::vector<float> values(draws.u.size() * 3);
+    material.sample(draws.w_i, draws.u, samples, values);
+    std::vector<Vector> w_v;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      std::array<float, 3> one{};
+      const sbrdf::Sample sample = material.sample(draws.w_i[k], draws.u[k], one);
+      EXPECT_EQ(sample.w_v, samples[k].w_v);
+      EXPECT_EQ(sample.pdf, samples[k].pdf);
+      EXPECT_TRUE(std::equal(one.begin(), one.end(), values.begin() + static_cast<std::ptrdiff_t>(3 * k)));
+      EXPECT_EQ(material.pdf(draws.w_i[k], sample.w_v), sample.pdf);
+      EXPECT_GT(sample.pdf, 0);
+      w_v.push_back(sample.w_v);
+    }
+    std::vector<float> expected(values.size());
+    material.evaluate(draws.w_i, w_v, expected);
+    EXPECT_EQ(values, expected);
+  }
+}
+
+TEST_F(MaterialTest, DrawsForAnglesAsForVectors) {
+  const Material material = open("kurt:fabric112");
+  for (const DirectionPair& pair : some_pairs(200)) {
+    std::array<float, 3> values{};
+    std::array<float, 3> expected{};
+    EXPECT_EQ(material.sample(pair.i, {0.3F, 0.6F}, values).w_v,
+              material.sample(vector_of(pair.i), {0.3F, 0.6F}, expected).w_v);
+    EXPECT_EQ(values, expected);
+    EXPECT_EQ(material.pdf(pair), material.pdf(vector_of(pair.i), vector_of(pair.v)));
+  }
+  std::array<float, 3> values{};
+  EXPECT_EQ(material.sample(sbrdf::Direction{1.6, 0}, {0.3F, 0.6F}, values).pdf, 0);
+  EXPECT_EQ(material.pdf({{0.1, std::nan("")}, {0.2, 0}}), 0);
+}
+
+// The share of the light that comes back, by the cosine's rule of midpoints, too.
+TEST_F(MaterialTest, DrawsSoThatMeansAreRight) {
+  const Material material = open(small_file("m.sbrdf"));
+  const Vector w_i = vector_of(50, 30);
+  const Draws draws(200'000);
+  const std::vector<Vector> lights(draws.u.size(), w_i);
+  std::vector<sbrdf::Sample> samples(draws.u.size());
+  std::vector<float> values(draws.u.size() * 3);
+  material.sample(lights, draws.u, samples, values);
+  constexpr int kSteps = 400;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double drawn = 0;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      drawn += static_cast<double>(values[3 * k + c] * samples[k].w_v[2] / samples[k].pdf);
+    }
+    drawn /= static_cast<double>(samples.size());
+    double summed = 0;
+    for (int a = 0; a < kSteps; ++a) {
+      const double sine = std::sqrt((a + 0.5) / kSteps);
+      for (int b = 0; b < kSteps; ++b) {
+        const sbrdf::Direction v = {std::asin(sine), 2 * 3.14159265358979 * (b + 0.5) / kSteps};
+        summed += static_cast<double>(values_of(material, {pair_from_degrees(50, 30, 0, 0).i, v})[c]);
+      }
+    }
+    summed *= 3.14159265358979 / (kSteps * kSteps);
+    EXPECT_NEAR(drawn, summed, 0.002 * summed) << c;
+  }
+}
+
+TEST_F(MaterialTest, DrawsNothingOnTheHorizonOrBelow) {
+  const float nan = std::nanf("");
+  const Material material = open("kurt:wood01");
+  const Vector up = {0, 0.1F, 0.9F};
+  for (const Vector& none : {Vector{1, 0, 0}, Vector{0, 0.1F, -1}, Vector{0, 0, 0}, Vector{nan, 0, 1}}) {
+    std::array<float, 3> values = {1, 2, 3};
+    const sbrdf::Sample sample = material.sample(none, {0.2F, 0.4F}, values);
+    EXPECT_EQ(sample.pdf, 0);
+    EXPECT_EQ(sample.w_v, (Vector{0, 0, 1}));
+    EXPECT_THAT(values, testing::Each(0.0F));
+    EXPECT_EQ(material.pdf(none, up), 0);
+    EXPECT_EQ(material.pdf(up, none), 0);
+  }
+}
+
+TEST_F(MaterialTest, DrawsFromAPart) {
+  sbrdf::OpenOptions options;
+  options.part = sbrdf::Part{.theta_max_deg = 40};
+  const Material part = open(small_file("m.sbrdf"), options);
+  const Draws draws(2000);
+  int covered = 0;
+  for (std::size_t k = 0; k < draws.u.size(); ++k) {
+    std::array<float, 3> values{};
+    const Vector w_i = vector_of(10 + static_cast<double>(k % 25), 20);
+    const sbrdf::Sample sample = part.sample(w_i, draws.u[k], values);
+    const DirectionPair pair = {
+        {std::acos(static_cast<double>(w_i[2])), std::atan2(w_i[1], w_i[0])},
+        {std::acos(static_cast<double>(sample.w_v[2])), std::atan2(sample.w_v[1], sample.w_v[0])}};
+    EXPECT_GT(sample.pdf, 0);
+    EXPECT_EQ(part.pdf(w_i, sample.w_v), sample.pdf);
+    EXPECT_EQ(std::isfinite(values[0]), part.covers(pair)) << k;
+    covered += part.covers(pair) ? 1 : 0;
+  }
+  EXPECT_GT(covered, 1600);
+}
+
+// All of them ask first.
+TEST_F(MaterialTest, DrawsTheSameOnManyThreads) {
+  const Draws draws(3000);
+  const auto draw_all = [&](const Material& material) {
+    std::vector<float> values(draws.u.size() * 3);
+    std::vector<sbrdf::Sample> samples(draws.u.size());
+    material.sample(draws.w_i, draws.u, samples, values);
+    for (const sbrdf::Sample& sample : samples) values.insert(values.end(), sample.w_v.begin(), sample.w_v.end());
+    return values;
+  };
+  const std::string file = small_file("m.sbrdf");
+  const std::vector<float> expected = draw_all(open(file));
+  const Material material = open(file);
+  std::vector<std::vector<float>> drawn(8);
+  {
+    std::vector<std::jthread> threads;
+    for (std::vector<float>& own : drawn) threads.emplace_back([&] { own = draw_all(material); });
+  }
+  for (const std::vector<float>& own : drawn) EXPECT_EQ(own, expected);
+}
+
 TEST_F(MaterialTest, TellsTheVersion) { EXPECT_STREQ(sbrdf::version(), SBRDF_VERSION); }
 
 }  // namespace

@@ -33,6 +33,7 @@ ROOMS = {
         "sampling": ["frame", "curves", "material"],
         "search": ["frame", "material", "evaluation", "sampling"],
         "fit": ["frame", "curves", "material", "evaluation", "search"],
+        "importance": [],
         "entropy": [],
         "coding": ["frame", "material", "entropy"],
         "file": ["frame", "mask", "material", "evaluation", "entropy", "coding"],

@@ -173,6 +173,13 @@ struct SaveOptions {
   Progress progress = {};  ///< may be empty
 };
 
+/// A direction to the viewer that was drawn for one to the light.
+struct Sample {
+  std::array<float, 3> w_v = {0, 0, 1};  ///< unit vector above the horizon
+  /// The density that it was drawn with [1/sr, by solid angle]; 0 where nothing could be drawn.
+  float pdf = 0;
+};
+
 /// A BRDF that can be evaluated, whatever it was read from. A handle: copies share what they hold. Immutable, so that
 /// one object serves any number of threads.
 class SBRDF_API Material {
@@ -207,10 +214,41 @@ class SBRDF_API Material {
   /// where there is work enough; the same bits as one by one.
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const;
 
-  /// The same for vectors x, y, z with the normal at (0, 0, 1), which need not be normalised exactly. `w_i` and `w_v` have
-  /// the same length. For a whole .sbrdf this is the fastest way; values agree with those of angles to rounding.
+  /// The same for vectors x, y, z with the normal at (0, 0, 1), which need not be normalised exactly. `w_i` and `w_v`
+  /// have the same length. For a whole .sbrdf this is the fastest way; values agree with those of angles to rounding.
   void evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                 std::span<float> values) const;
+
+  /// Draws a direction to the viewer about as densely as f_r cos theta_v is large, and evaluates there: the mean of
+  /// `values * sample.w_v[2] / sample.pdf` over uniform `u` is the share of the light from `w_i` that is sent back.
+  /// `u` are two numbers in [0, 1), beyond which the nearest that is counts; like ones give like directions, so that
+  /// stratified ones stay so. `values` has one entry per channel: f_r [1/sr], the bits of `evaluate`. The same input
+  /// gives the same bits on any thread. `w_i` is a vector x, y, z above the horizon of any length; on it or below, or
+  /// where a number is not finite, the sample has the density 0 and the values are 0.
+  ///
+  /// Where the light is to be drawn for a viewer, exchange the two, if the material is reciprocal. Of several channels
+  /// the mean is what counts, and values below zero count as 0: they are seldom drawn, but returned as they are.
+  ///
+  /// The first call of one of those below makes a table for it, from some 40,000 pairs, or up to 220,000 for what is
+  /// not isotropic; it takes at most 256 KiB, or 1 MiB. Of a Part those pairs that it does not cover count as 0 there;
+  /// where one is drawn nevertheless, its values are NaN.
+  Sample sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const;
+
+  /// The same for angles; what is drawn is a vector nevertheless.
+  Sample sample(const Direction& i, const std::array<float, 2>& u, std::span<float> values) const;
+
+  /// The same for many; `w_i`, `u` and `samples` have the same length, `values` samples.size() x channel_count()
+  /// entries, channel fastest. Spread over all cores; the same bits as one by one.
+  void sample(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 2>> u,
+              std::span<Sample> samples, std::span<float> values) const;
+
+  /// The density [1/sr, by solid angle] with which `sample` draws `w_v` for `w_i`: of a direction that it drew, the
+  /// bits that it told. Its integral over the directions above the horizon is 1, and it is above 0 on all of them. 0
+  /// where one of both is on the horizon or below, or not finite. Vectors of any length but 0.
+  [[nodiscard]] float pdf(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) const;
+
+  /// The same for angles, brought into vectors of float32 first.
+  [[nodiscard]] float pdf(const DirectionPair& pair) const;
 
   /// Of pairs above the horizon: false only for a Part and a pair outside of it.
   [[nodiscard]] bool covers(const DirectionPair& pair) const;
