@@ -52,6 +52,7 @@ ROOMS = {
     "tools": {
         "console": [],
         "io": ["console"],
+        "charts": ["console"],
         "conversion": ["console", "io"],
         "commands": ["console", "io", "conversion"],
     },
