@@ -94,8 +94,10 @@ bool measure(const char* path, const Pairs& pairs, const TrilinearTable<double>&
                      std::span(single).subspan(k * channels, channels));
     }
   });
+  // All channels are kept: of those that are not, the compiler leaves the look-up out, which takes a quarter less then.
+  std::vector<glm::vec3> looked_up(kPairs);
   const double yardstick = nanoseconds([&] {
-    for (std::size_t k = 0; k < kPairs; ++k) single[k] = table.look_up(pairs.i[k], pairs.v[k]).x;
+    for (std::size_t k = 0; k < kPairs; ++k) looked_up[k] = table.look_up(pairs.i[k], pairs.v[k]);
   });
   const double single_ns = nanoseconds(one_by_one);
   const double batch_ns = nanoseconds(together);
