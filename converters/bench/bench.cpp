@@ -78,7 +78,8 @@ class Bench {
     BenchRow row{workshop_.material().name, std::string(method.name), variant.name, variant.samples};
     row.resident_bytes = grown > heap ? grown - heap : 0;
     row.file_bytes = prepared->file_bytes;
-    if (Status right = verify(**contender, workshop_.source(), pairs_); !right) return right.error();
+    if (Status right = verify(**contender, workshop_.source(), pairs_, method.wild_percent); !right)
+      return right.error();
     const Result<Quality> quality = measure_quality(**contender, workshop_.source(), quality_, steps.step(kJudgeShare));
     if (!quality) return quality.error();
     row.quality = *quality;

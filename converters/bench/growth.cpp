@@ -81,7 +81,9 @@ class Growth {
     if (!file) return place(file.error());
     Result<std::unique_ptr<Contender>> contender = method.open_sliced(**file);
     if (!contender) return place(contender.error());
-    if (Status right = verify(**contender, workshop_.source(), pairs_); !right) return place(right.error());
+    if (Status right = verify(**contender, workshop_.source(), pairs_, method.wild_percent); !right) {
+      return place(right.error());
+    }
     return contender;
   }
 

@@ -92,11 +92,11 @@ Opened open_exact(std::span<const std::byte> bytes) {
   return std::unique_ptr<Contender>(std::make_unique<SlicedContender>(decoded->sliced, decoded->lattice));
 }
 
-template <Opened (*kOpen)(std::span<const std::byte>)>
+template <Opened (*open_bytes)(std::span<const std::byte>)>
 Result<Prepared> prepare_sliced(Workshop& workshop, const Variant& variant, const Progress& progress) {
   const Result<FileBytes> file = workshop.sliced(variant.samples, progress);
   if (!file) return file.error();
-  const auto open = [bytes = *file]() -> Opened { return kOpen(*copy_of(bytes)->view()); };
+  const auto open = [bytes = *file]() -> Opened { return open_bytes(*copy_of(bytes)->view()); };
   return Prepared{open, (*file)->size()};
 }
 
@@ -194,6 +194,9 @@ Result<Prepared> prepare_plain_half(Workshop& workshop, const Variant& /*variant
   return Prepared{open, halves->size() * sizeof(HalfNumber)};
 }
 
+/// [%]; nodes 15 degrees apart make highlights ten times as wide.
+constexpr double kWildOfCoarseTables = 1000;
+
 constexpr std::array kMethods = {
     Method{"source", any, as_it_is, prepare_source},
     Method{"sliced, exact", any, by_samples, prepare_sliced<open_exact>, open_exact},
@@ -201,7 +204,7 @@ constexpr std::array kMethods = {
     Method{"MERL, nearest", of_isotropic_rgb, merl_cells, prepare_merl_nearest},
     Method{"plain table", of_isotropic_rgb, merl_cells, prepare_plain},
     Method{"plain table, half floats", of_isotropic_rgb, merl_cells, prepare_plain_half},
-    Method{"dense 4-D table", of_anisotropic, by_grid, prepare_dense},
+    Method{"dense 4-D table", of_anisotropic, by_grid, prepare_dense, nullptr, kWildOfCoarseTables},
     Method{"RGL", of_rgb_but_rgl, rgl_tables, prepare_rgl},
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "converters/bench/contender.h"
+#include "converters/bench/quality.h"
 #include "converters/bench/workshop.h"
 #include "converters/files/options.h"
 
@@ -46,6 +47,7 @@ struct Method {
   Result<Prepared> (*prepare)(Workshop& workshop, const Variant& variant, const Progress& progress);
   /// Opens a sliced file, for the tables of growth; nullptr for what has no slices.
   Result<std::unique_ptr<Contender>> (*open_sliced)(std::span<const std::byte> bytes) = nullptr;
+  double wild_percent = kWildPercent;  ///< see there
 };
 
 [[nodiscard]] std::span<const Method> bench_methods();

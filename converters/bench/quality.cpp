@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -79,7 +80,7 @@ Status check_bits(const Contender& contender, const VectorPairs& pairs, const st
     const std::vector<float> others = in_batches(contender, pairs, size);
     if (std::memcmp(others.data(), values.data(), values.size() * sizeof(float)) == 0) continue;
     std::size_t k = 0;
-    while (std::memcmp(&others[k], &values[k], sizeof(float)) == 0) ++k;
+    while (std::bit_cast<std::uint32_t>(others[k]) == std::bit_cast<std::uint32_t>(values[k])) ++k;
     return difference_error(fmt::format("a batch of {} pairs gives other bits than a larger one: {}", size,
                                         place_of(pairs, k, source, values[k], others[k])));
   }
@@ -87,7 +88,8 @@ Status check_bits(const Contender& contender, const VectorPairs& pairs, const st
 }
 
 /// Median of the relative errors.
-Status check_values(const VectorPairs& pairs, const std::vector<float>& values, const BrdfSource& source) {
+Status check_values(const VectorPairs& pairs, const std::vector<float>& values, const BrdfSource& source,
+                    double wild_percent) {
   std::vector<float> expected(values.size());
   evaluate_vectors(source, pairs.i, pairs.v, expected);
   double sum = 0;
@@ -101,7 +103,7 @@ Status check_values(const VectorPairs& pairs, const std::vector<float>& values, 
   if (errors.empty()) return ok_status();  // 0 everywhere: nothing can be wild
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
   std::nth_element(errors.begin(), middle, errors.end());
-  if (100 * middle->first <= kWildPercent) return ok_status();
+  if (100 * middle->first <= wild_percent) return ok_status();
   const std::size_t k = middle->second;
   return difference_error(fmt::format("half of the values are off by more than {:.4g} %, such as {}",
                                       100 * middle->first, place_of(pairs, k, source, expected[k], values[k])));
@@ -120,24 +122,24 @@ VectorPairs draw_vector_pairs(std::size_t count, double theta_max_deg) {
   return pairs;
 }
 
-Status verify(const Contender& contender, const BrdfSource& source, const VectorPairs& all) {
+Status verify(const Contender& contender, const BrdfSource& source, const VectorPairs& pairs, double wild_percent) {
   if (contender.channel_count() != source.channel_count()) {
     return difference_error(
         fmt::format("has {} channels where the source has {}", contender.channel_count(), source.channel_count()));
   }
   const Judge judge(contender, source);
-  const VectorPairs pairs = measured_pairs(all, source);
-  if (pairs.size() == 0) return ok_status();
-  const std::vector<float> values = in_batches(contender, pairs, pairs.size());
+  const VectorPairs verified = measured_pairs(pairs, source);
+  if (verified.size() == 0) return ok_status();
+  const std::vector<float> values = in_batches(contender, verified, verified.size());
   const auto bad = std::find_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
   if (bad != values.end()) {
     std::vector<float> expected(values.size());
-    evaluate_vectors(judge.source(), pairs.i, pairs.v, expected);
+    evaluate_vectors(judge.source(), verified.i, verified.v, expected);
     const auto k = static_cast<std::size_t>(bad - values.begin());
-    return difference_error("a value is not finite: " + place_of(pairs, k, source, expected[k], values[k]));
+    return difference_error("a value is not finite: " + place_of(verified, k, source, expected[k], values[k]));
   }
-  if (Status same = check_bits(contender, pairs, values, source); !same) return same;
-  return check_values(pairs, values, judge.source());
+  if (Status same = check_bits(contender, verified, values, source); !same) return same;
+  return check_values(verified, values, judge.source(), wild_percent);
 }
 
 Result<Quality> measure_quality(const Contender& contender, const BrdfSource& source, const QualityOptions& options,

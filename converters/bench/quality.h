@@ -27,13 +27,15 @@ struct VectorPairs {
 /// Pairs that verify() looks at.
 inline constexpr std::size_t kVerifiedPairs = 4096;
 /// A contender is wild where more than half of its values are off by more than this [% of the value, or of a hundredth
-/// of the mean where that is larger]: a wrong axis, scale or order of channels, not a coarse table.
+/// of the mean where that is larger]: a wrong axis, scale or order of channels, not a coarse table. A method may have
+/// another limit.
 inline constexpr double kWildPercent = 100;
 
 /// Whether a contender is worth timing: its values are finite, have the same bits alone and in batches of any size, and
 /// are near those of the source, or of its mean with the directions exchanged. kDifference, saying where it fails.
 /// Pairs that the source did not measure are left out.
-[[nodiscard]] Status verify(const Contender& contender, const BrdfSource& source, const VectorPairs& pairs);
+[[nodiscard]] Status verify(const Contender& contender, const BrdfSource& source, const VectorPairs& pairs,
+                            double wild_percent = kWildPercent);
 
 /// How far a contender is from its source, over all channels [%]; specs/conventions.md defines each.
 struct Quality {

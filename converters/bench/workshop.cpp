@@ -57,7 +57,7 @@ Result<FileBytes> Workshop::sliced_for_growth(std::uint64_t samples, const Progr
 
 Result<FileBytes> Workshop::file(const std::string& extension, const Options& options, const Progress& progress) {
   std::string key = extension;
-  for (const auto& [name, text] : options.all()) key += " --" + name + " " + text;
+  for (const auto& [name, text] : options.all()) key.append(" --").append(name).append(" ").append(text);
   return once(key, [&] { return saved(extension, options, progress); });
 }
 

@@ -11,7 +11,10 @@ namespace sbrdf::internal {
 namespace {
 
 std::string time_text(double ns, double ratio) { return fmt::format("{:.4g} ns, {:.2f} x", ns, ratio); }
-std::string percent(double value) { return fmt::format("{:.3g} %", value); }
+std::string percent(double value) {
+  constexpr double kRounding = 1e-4;  // nobody is interested in less
+  return value >= 0 && value < kRounding ? "< 0.0001 %" : fmt::format("{:.3g} %", value);
+}
 
 constexpr std::array<const char*, 3> kGrowthHeads = {"samples", "pairs in one call", "threads"};
 

@@ -16,6 +16,7 @@
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -85,12 +86,13 @@ Result<BenchReport> run_with_bar(const std::vector<BenchMaterial>& materials, co
   return run_bench(materials, settings, bar.progress());
 }
 
+/// For pages that are kept: of the folder only its name.
 std::string told_command(const BenchCommand& command) {
   std::string text = "sbrdf bench";
   for (const std::string& input : command.inputs)
     text += " " + (input.find(' ') == input.npos ? input : "'" + input + "'");
   if (command.quick) text += " --quick";
-  if (!command.out.empty()) text += " --out " + command.out;
+  if (!command.out.empty()) text += " --out " + whole_path(command.out).filename().string();
   return text;
 }
 
