@@ -74,12 +74,15 @@ class Bench {
     const std::uint64_t heap = heap_bytes();
     const Result<std::unique_ptr<Contender>> contender = prepared->open();
     if (!contender) return contender.error();
+    if (Status right = verify(**contender, workshop_.source(), pairs_, method.wild_percent); !right) {
+      return right.error();
+    }
+    // What is made when it is first asked for belongs to it.
+    (*contender)->evaluate(pairs_.i, pairs_.v, std::span(values_).first(pairs_.size() * (*contender)->channel_count()));
     const std::uint64_t grown = heap_bytes();
     BenchRow row{workshop_.material().name, std::string(method.name), variant.name, variant.samples};
     row.resident_bytes = grown > heap ? grown - heap : 0;
     row.file_bytes = prepared->file_bytes;
-    if (Status right = verify(**contender, workshop_.source(), pairs_, method.wild_percent); !right)
-      return right.error();
     const Result<Quality> quality = measure_quality(**contender, workshop_.source(), quality_, steps.step(kJudgeShare));
     if (!quality) return quality.error();
     row.quality = *quality;

@@ -49,7 +49,7 @@ struct BenchRow {
   double batch_ns = 0;               ///< all pairs in one call
   double yardstick_ns = 0;           ///< the plain look-up, its repetitions mixed with those of the two
   double first_value_ms = 0;         ///< opening the file and one evaluation, on all cores, time that passes
-  std::uint64_t resident_bytes = 0;  ///< by how much the heap grows when it is opened
+  std::uint64_t resident_bytes = 0;  ///< by how much the heap has grown when all pairs were evaluated
   std::optional<std::uint64_t> file_bytes = {};  ///< none for a built-in model
   Quality quality = {};
 

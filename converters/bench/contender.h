@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "codec/evaluation/vector_evaluator.h"
+#include "codec/file/encoder.h"
 #include "converters/source/brdf_source.h"
 
 namespace sbrdf::internal {
@@ -49,10 +50,12 @@ class SourceContender final : public Contender {
   std::unique_ptr<BrdfSource> source_;
 };
 
-/// Slices.
+/// Slices, in any form that an evaluator can bring them into.
 class SlicedContender final : public Contender {
  public:
-  SlicedContender(const SlicedBrdf& sliced, const Lattice& lattice) : evaluator_(sliced, lattice) {}
+  using Make = VectorEvaluator (*)(const DecodedSliced& decoded);
+  /// `decoded` is not needed afterwards.
+  SlicedContender(const DecodedSliced& decoded, Make make) : evaluator_(make(decoded)) {}
 
   [[nodiscard]] std::size_t channel_count() const override { return evaluator_.channel_count(); }
   [[nodiscard]] bool is_reciprocal() const override { return true; }

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <utility>
 
-#include "codec/file/encoder.h"
 #include "converters/bench/yardstick.h"
 #include "converters/files/format_table.h"
 #include "converters/tables/grid.h"
@@ -84,19 +83,22 @@ Result<Prepared> prepare_source(Workshop& workshop, const Variant& /*variant*/, 
   return Prepared{open, opened->bytes};
 }
 
-// Slices.
+// Slices, in the forms that are evaluated.
 
-Opened open_exact(std::span<const std::byte> bytes) {
+VectorEvaluator exact(const DecodedSliced& decoded) { return {decoded.sliced, decoded.lattice}; }
+
+template <SlicedContender::Make make>
+Opened open_slices(std::span<const std::byte> bytes) {
   const Result<DecodedSliced> decoded = decode_sliced(bytes);
   if (!decoded) return decoded.error();
-  return std::unique_ptr<Contender>(std::make_unique<SlicedContender>(decoded->sliced, decoded->lattice));
+  return std::unique_ptr<Contender>(std::make_unique<SlicedContender>(*decoded, make));
 }
 
-template <Opened (*open_bytes)(std::span<const std::byte>)>
-Result<Prepared> prepare_sliced(Workshop& workshop, const Variant& variant, const Progress& progress) {
+template <SlicedContender::Make make>
+Result<Prepared> prepare_slices(Workshop& workshop, const Variant& variant, const Progress& progress) {
   const Result<FileBytes> file = workshop.sliced(variant.samples, progress);
   if (!file) return file.error();
-  const auto open = [bytes = *file]() -> Opened { return open_bytes(*copy_of(bytes)->view()); };
+  const auto open = [bytes = *file]() -> Opened { return open_slices<make>(*copy_of(bytes)->view()); };
   return Prepared{open, (*file)->size()};
 }
 
@@ -199,7 +201,7 @@ constexpr double kWildOfCoarseTables = 1000;
 
 constexpr std::array kMethods = {
     Method{"source", any, as_it_is, prepare_source},
-    Method{"sliced, exact", any, by_samples, prepare_sliced<open_exact>, open_exact},
+    Method{"sliced, exact", any, by_samples, prepare_slices<exact>, open_slices<exact>},
     Method{"MERL, linear", of_isotropic_but_merl, merl_cells, prepare_merl_linear},
     Method{"MERL, nearest", of_isotropic_rgb, merl_cells, prepare_merl_nearest},
     Method{"plain table", of_isotropic_rgb, merl_cells, prepare_plain},
