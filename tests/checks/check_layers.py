@@ -46,6 +46,7 @@ ROOMS = {
         "slicing": ["source", "difference"],
         "files": ["source", "difference", "models", "tables", "slicing"],
         "judge": ["source", "difference", "tables", "slicing"],
+        "bench": ["source", "difference", "tables", "slicing", "files", "judge"],
         "paper": ["source", "difference", "models", "slicing", "files", "judge"],
         "stress": ["source", "models", "slicing", "files", "judge"],
         "api": ["files"],
@@ -53,8 +54,10 @@ ROOMS = {
     "tools": {
         "console": [],
         "io": ["console"],
+        "charts": ["console"],
         "conversion": ["console", "io"],
-        "commands": ["console", "io", "conversion"],
+        "bench": ["console", "io", "charts"],
+        "commands": ["console", "io", "conversion", "bench"],
     },
 }
 MOST_FILES = 15  # in one folder

@@ -1,4 +1,4 @@
-#include "tools/commands/convert_folder.h"
+#include "tools/conversion/convert_folder.h"
 
 #include <fmt/format.h>
 
