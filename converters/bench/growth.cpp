@@ -130,7 +130,7 @@ Result<std::vector<GrowthRow>> measure_growth(Workshop& workshop, const BenchSet
   Growth growth(workshop, settings, pairs);
   StepwiseProgress steps(progress);
   for (const Method& method : bench_methods()) {
-    if (method.open_sliced == nullptr) continue;
+    if (method.open_sliced == nullptr || !method.left_out(workshop.source()).empty()) continue;
     if (Status done = growth.along_samples(method, steps.step(kSamplesShare)); !done) return done.error();
     if (Status done = growth.along_batches_and_threads(method, steps.step(kSamplesShare)); !done) return done.error();
   }
