@@ -4,7 +4,6 @@
 #include <cmath>
 #include <mutex>
 
-#include "codec/evaluation/vector_evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "converters/files/by_name.h"
@@ -38,37 +37,13 @@ internal::DirectionPair pair_of(const DirectionPair& pair) {
   return finite({{pair.i.theta, pair.i.phi}, {pair.v.theta, pair.v.phi}});
 }
 
-internal::DirectionPair pair_of(const std::array<float, 3>& w_i, const std::array<float, 3>& w_v) {
-  return finite({internal::direction_from_vector({w_i[0], w_i[1], w_i[2]}),
-                 internal::direction_from_vector({w_v[0], w_v[1], w_v[2]})});
-}
-
-/// On all cores.
-void evaluate_vectors(const internal::VectorEvaluator& evaluator, std::span<const std::array<float, 3>> w_i,
-                      std::span<const std::array<float, 3>> w_v, std::span<float> values) {
-  const std::size_t channels = evaluator.channel_count();
-  internal::parallel_blocks(w_i.size(), kBlock, [&](std::size_t first, std::size_t size) {
-    std::array<glm::vec3, kBlock> i;
-    std::array<glm::vec3, kBlock> v;
-    for (std::size_t done = 0; done < size; done += kBlock) {
-      const std::size_t count = std::min(kBlock, size - done);
-      for (std::size_t k = 0; k < count; ++k) {
-        const auto& from_i = w_i[first + done + k];
-        const auto& from_v = w_v[first + done + k];
-        i[k] = {from_i[0], from_i[1], from_i[2]};
-        v[k] = {from_v[0], from_v[1], from_v[2]};
-      }
-      evaluator.evaluate(std::span(i).first(count), std::span(v).first(count),
-                         values.subspan((first + done) * channels, count * channels));
-    }
-  });
-}
-
 Traits traits_of(const internal::SourceTraits& traits) {
-  Traits copy = {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
-  for (const internal::Finding& finding : traits.findings) {
-    copy.findings.push_back({finding.what, finding.count, finding.total});
-  }
+  return {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
+}
+
+std::vector<Finding> findings_of(std::span<const internal::Finding> findings) {
+  std::vector<Finding> copy;
+  for (const internal::Finding& finding : findings) copy.push_back({finding.what, finding.count, finding.total});
   return copy;
 }
 
@@ -89,26 +64,17 @@ internal::Progress progress_of(const Progress& progress) { return {progress}; }
 }  // namespace
 
 struct [[gnu::visibility("hidden")]] Material::State {
-  Traits traits;
+  mutable Traits traits;  ///< findings come in when they are asked for
   std::string metadata;
   std::unique_ptr<const internal::BrdfSource> source;  ///< of a whole material
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
-  mutable std::once_flag vectors_asked;
-  mutable std::optional<internal::VectorEvaluator> vectors;
+  mutable std::once_flag findings_asked;
 
   static Result<Material> open(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_model(const std::string& name, const OpenOptions& options);
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
-
-  /// Of a material that consists of slices, made when vectors are asked for the first time; nullptr for others.
-  [[nodiscard]] const internal::VectorEvaluator* for_vectors() const {
-    const internal::DecodedSliced* slices = source ? source->sliced() : nullptr;
-    if (slices == nullptr) return nullptr;
-    std::call_once(vectors_asked, [&] { vectors.emplace(slices->sliced, slices->lattice); });
-    return &*vectors;
-  }
 
   void evaluate(std::span<const internal::DirectionPair> pairs, std::span<float> values) const {
     if (source) return source->evaluate(pairs, values);
@@ -117,6 +83,42 @@ struct [[gnu::visibility("hidden")]] Material::State {
       const std::span<float> own = values.subspan(k * channels, channels);
       if (!part->evaluate(pairs[k], own)) std::fill(own.begin(), own.end(), std::nanf(""));
     }
+  }
+
+  /// Of a part, which has angles only.
+  void evaluate_vectors_of_part(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v, std::span<float> values)
+      const {
+    const std::size_t channels = traits.channels.size();
+    for (std::size_t k = 0; k < w_i.size(); ++k) {
+      const std::array pair = {
+          finite({internal::direction_from_vector(w_i[k]), internal::direction_from_vector(w_v[k])})};
+      evaluate(pair, values.subspan(k * channels, channels));
+    }
+  }
+
+  /// On all cores. The vectors are what the source takes, x, y and z.
+  void evaluate_vectors(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
+                        std::span<float> values) const {
+    const std::size_t channels = traits.channels.size();
+    internal::parallel_blocks(w_i.size(), kBlock, [&](std::size_t first, std::size_t size) {
+      std::array<glm::vec3, kBlock> i;
+      std::array<glm::vec3, kBlock> v;
+      for (std::size_t done = 0; done < size; done += kBlock) {
+        const std::size_t count = std::min(kBlock, size - done);
+        for (std::size_t k = 0; k < count; ++k) {
+          const auto& from_i = w_i[first + done + k];
+          const auto& from_v = w_v[first + done + k];
+          i[k] = {from_i[0], from_i[1], from_i[2]};
+          v[k] = {from_v[0], from_v[1], from_v[2]};
+        }
+        const std::span<float> own = values.subspan((first + done) * channels, count * channels);
+        if (source) {
+          source->evaluate_vectors(std::span(i).first(count), std::span(v).first(count), own);
+        } else {
+          evaluate_vectors_of_part(std::span(i).first(count), std::span(v).first(count), own);
+        }
+      }
+    });
   }
 
   /// `pair_at(k)` for k in [0, count), translated into arrays of a fixed size.
@@ -241,7 +243,13 @@ Result<Material> Material::open(std::uint64_t size, ReadRange read, const OpenOp
 
 Material::Material(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-const Traits& Material::traits() const { return state_->traits; }
+const Traits& Material::traits() const {
+  std::call_once(state_->findings_asked, [&] {
+    if (state_->source) state_->traits.findings = findings_of(state_->source->findings());
+  });
+  return state_->traits;
+}
+std::size_t Material::channel_count() const { return state_->traits.channels.size(); }
 const std::string& Material::metadata() const { return state_->metadata; }
 
 void Material::evaluate(const DirectionPair& pair, std::span<float> values) const {
@@ -258,11 +266,7 @@ void Material::evaluate(std::span<const DirectionPair> pairs, std::span<float> v
 void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                         std::span<float> values) const {
   assert(w_i.size() == w_v.size());
-  if (const internal::VectorEvaluator* evaluator = state_->for_vectors()) {
-    return evaluate_vectors(*evaluator, w_i, w_v, values);
-  }
-  const auto pair_at = [&](std::size_t k) { return pair_of(w_i[k], w_v[k]); };
-  state_->evaluate_blocks(w_i.size(), pair_at, values);
+  state_->evaluate_vectors(w_i, w_v, values);
 }
 
 bool Material::covers(const DirectionPair& pair) const { return !state_->part || state_->part->covers(pair_of(pair)); }

@@ -125,15 +125,20 @@ SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string
 }
 
 SlicedSource::SlicedSource(DecodedSliced decoded)
-    : decoded_(std::move(decoded)),
-      traits_(sliced_traits(decoded_.sliced.frame, decoded_.sliced.channels)),
-      evaluator_(decoded_.sliced, decoded_.lattice) {}
+    : decoded_(std::move(decoded)), traits_(sliced_traits(decoded_.sliced.frame, decoded_.sliced.channels)) {}
 
 void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  std::call_once(angles_asked_, [&] { for_angles_.emplace(decoded_.sliced, decoded_.lattice); });
   const std::size_t channels = channel_count();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    evaluator_.evaluate(pairs[k], values.subspan(k * channels, channels));
+    for_angles_->evaluate(pairs[k], values.subspan(k * channels, channels));
   }
+}
+
+void SlicedSource::evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                                    std::span<float> values) const {
+  std::call_once(vectors_asked_, [&] { for_vectors_.emplace(decoded_.sliced, decoded_.lattice); });
+  for_vectors_->evaluate(w_i, w_v, values);
 }
 
 void SlicedSource::measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const {
