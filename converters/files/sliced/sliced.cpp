@@ -154,12 +154,14 @@ std::optional<MaskGrid> SlicedSource::mask_grid() const {
 }
 
 Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& options) {
-  const Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
+  Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> sliced = reader->load_all();
   if (!sliced) return sliced.error();
+  const std::string version = reader->version();
+  const double precision = reader->index().scale.bound();
   return std::unique_ptr<BrdfSource>(std::make_unique<SlicedSource>(
-      DecodedSliced{*std::move(sliced), reader->lattice(), reader->version(), reader->index().scale.bound()}));
+      DecodedSliced{*std::move(sliced), std::move(*reader).take_lattice(), version, precision}));
 }
 
 Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
