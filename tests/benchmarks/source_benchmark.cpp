@@ -46,7 +46,6 @@ double largest_difference(const BrdfSource& source, const VectorPairs& pairs, st
   }
   std::vector<float> expected(values.size());
   source.evaluate(angles, expected);
-  std::fprintf(stderr, "%g %g\n", expected[0], values[0]);
   const double least = 1e-6 * *std::max_element(expected.begin(), expected.end());
   double most = 0;
   for (std::size_t k = 0; k < values.size(); ++k) {
