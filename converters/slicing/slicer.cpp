@@ -19,6 +19,7 @@ constexpr std::size_t kHeldBackCount = 12'000;
 constexpr std::uint64_t kChoiceSeed = 1;
 constexpr std::uint64_t kReportSeed = 2;
 constexpr std::uint64_t kFitSeed = 3;
+constexpr std::size_t kBlock = 256;  // held-back directions that one task looks at
 
 std::string at_degrees(const DirectionPair& pair) {
   const auto text = [](const char* name, double radians) {
@@ -58,7 +59,6 @@ std::uint64_t measurements_for(const SamplingOptions& sampling) {
 
 // On all cores, channel fastest.
 std::vector<float> evaluate(const Evaluator& evaluator, const HeldBack& held_back) {
-  constexpr std::size_t kBlock = 256;
   const std::size_t channels = evaluator.channel_count();
   std::vector<float> values(held_back.pairs.size() * channels);
   parallel_blocks(held_back.pairs.size(), kBlock, [&](std::size_t first, std::size_t size) {
@@ -302,15 +302,25 @@ std::vector<float> Slicer::finish(Slicing& slicing) const {
 
 void Slicer::look_closer(std::span<const float> values, Slicing& slicing) const {
   const std::size_t channels = source_.channel_count();
+  const std::size_t count = report_.pairs.size();
+  const auto of_pair = [&](std::span<const float> all, std::size_t k) { return all.subspan(k * channels, channels); };
   ChannelErrors errors(channels, mre_floor(report_));
   std::vector<LogHistogram> relative(channels);
-  for (std::size_t k = 0; k < report_.pairs.size(); ++k) {
-    const std::span<const float> r = values.subspan(k * channels, channels);
-    const std::span<const float> f = std::span(report_.values).subspan(k * channels, channels);
-    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(report_.pairs.size())}, f, r, relative);
-    find_false_values(*measured_, report_.pairs[k], f, r, FalseValueSearch::kFar, slicing.report.false_values);
+  for (std::size_t k = 0; k < count; ++k) {
+    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(count)}, of_pair(report_.values, k),
+               of_pair(values, k), relative);
   }
   slicing.report.figures = errors.all(relative);
+  // Blocks are added in their order, so that the worst is the first of equals for any number of threads.
+  std::vector<FalseValues> blocks((count + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), [&](std::uint64_t block) {
+    const std::size_t first = static_cast<std::size_t>(block) * kBlock;
+    for (std::size_t k = first; k < std::min(count, first + kBlock); ++k) {
+      find_false_values(*measured_, report_.pairs[k], of_pair(report_.values, k), of_pair(values, k),
+                        FalseValueSearch::kFar, blocks[block]);
+    }
+  });
+  for (const FalseValues& block : blocks) slicing.report.false_values.add(block);
 }
 
 std::size_t Slicer::file_size(Slicing slicing) const {
