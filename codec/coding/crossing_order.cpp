@@ -179,15 +179,18 @@ class Planner {
   CrossingPlan plan_;
 };
 
+// All weights get their first factor, then their second ...: divisions that do not wait for each other.
 template <std::size_t Count>
 void set_weights_of(Stencil& stencil, const double* positions, double at) {
-  for (std::size_t k = 0; k < Count; ++k) {
-    double weight = 1;
-    for (std::size_t j = 0; j < Count; ++j) {
-      if (j != k) weight *= (at - positions[j]) / (positions[k] - positions[j]);
+  std::array<double, Count> weight;
+  weight.fill(1);
+  for (std::size_t factor = 0; factor + 1 < Count; ++factor) {
+    for (std::size_t k = 0; k < Count; ++k) {
+      const std::size_t j = factor < k ? factor : factor + 1;
+      weight[k] *= (at - positions[j]) / (positions[k] - positions[j]);
     }
-    stencil.weight[k] = weight;
   }
+  std::copy(weight.begin(), weight.end(), stencil.weight.begin());
 }
 
 }  // namespace

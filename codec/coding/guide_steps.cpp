@@ -30,16 +30,25 @@ float guide_value(const Quantizer& scale, std::int32_t step) {
 GuideSteps::GuideSteps(const Guide& guide, const Lattice& lattice, std::size_t channels, const Quantizer& scale)
     : active_(guide.ratio == 1),
       steps_per_unit_(scale.steps_per_octave() * kOctavesPerUnit),
-      curve_(guide, lattice.nodes[kVertical], channels) {}
+      curve_(guide, lattice.nodes[kVertical], channels),
+      guide_(channels),
+      offsets_(channels) {}
 
-void GuideSteps::shift(const Coordinates& x, std::span<std::int32_t> steps, std::int64_t sign) const {
+void GuideSteps::find_offsets(double theta_h_deg) {
+  theta_h_deg_ = theta_h_deg;
+  curve_.evaluate_at(theta_h_deg, 0, guide_);
+  for (std::size_t c = 0; c < guide_.size(); ++c) {
+    const double wanted = std::clamp(guide_[c] * steps_per_unit_, -1.0 * kMostGuideSteps, 1.0 * kMostGuideSteps);
+    offsets_[c] = static_cast<std::uint32_t>(static_cast<std::int64_t>(std::floor(wanted + 0.5)));
+  }
+}
+
+// Modulo 2^32: taking off and putting back cancel whatever the step.
+void GuideSteps::shift(const Coordinates& x, std::span<std::int32_t> steps, std::uint32_t negated) {
   if (!active_) return;
+  if (x[kVertical] != theta_h_deg_) find_offsets(x[kVertical]);
   for (std::size_t c = 0; c < steps.size(); ++c) {
-    double g = 0;
-    curve_.evaluate_at(x[kVertical], c, std::span(&g, 1));
-    const double wanted = std::clamp(g * steps_per_unit_, -1.0 * kMostGuideSteps, 1.0 * kMostGuideSteps);
-    // Modulo 2^32: taking off and putting back cancel whatever the step.
-    const auto offset = static_cast<std::uint32_t>(sign * static_cast<std::int64_t>(std::floor(wanted + 0.5)));
+    const std::uint32_t offset = (offsets_[c] ^ negated) - negated;
     steps[c] = static_cast<std::int32_t>(static_cast<std::uint32_t>(steps[c]) + offset);
   }
 }

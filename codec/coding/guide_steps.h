@@ -28,15 +28,20 @@ class GuideSteps {
   GuideSteps(const Guide& guide, const Lattice& lattice, std::size_t channels, const Quantizer& scale);
 
   /// One step per channel, of a sample at x. The two cancel each other, bit for bit.
-  void take_off(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, -1); }
-  void put_back(const Coordinates& x, std::span<std::int32_t> steps) const { shift(x, steps, 1); }
+  void take_off(const Coordinates& x, std::span<std::int32_t> steps) { shift(x, steps, ~0U); }
+  void put_back(const Coordinates& x, std::span<std::int32_t> steps) { shift(x, steps, 0); }
 
  private:
-  void shift(const Coordinates& x, std::span<std::int32_t> steps, std::int64_t sign) const;
+  void shift(const Coordinates& x, std::span<std::int32_t> steps, std::uint32_t negated);
+  void find_offsets(double theta_h_deg);
 
   bool active_ = false;
   double steps_per_unit_ = 0;
   GuideCurve<double> curve_;
+  // Of the sample before: those of a slice along another axis share them.
+  double theta_h_deg_ = -1;
+  std::vector<double> guide_;
+  std::vector<std::uint32_t> offsets_;
 };
 
 /// Makes `state` the slice as it is before its first sample: its crossings.

@@ -53,7 +53,7 @@ void take_off_guide(const SlicedBrdf& sliced, const Lattice& lattice, Scaled& sc
   const std::size_t channels = sliced.channel_count();
   Guide guide = *sliced.guide;
   for (float& v : guide.values) v = guide_value(scaled.scale, guide_step(scaled.scale, v));
-  const GuideSteps offsets(guide, lattice, channels, scaled.scale);
+  GuideSteps offsets(guide, lattice, channels, scaled.scale);
   const auto row = [channels](std::vector<std::int32_t>& steps, std::size_t k) {
     return std::span(steps).subspan(k * channels, channels);
   };

@@ -97,15 +97,30 @@ void state_distances(GroupDistributions& group, std::span<const FamilyCosts> cos
   }
 }
 
+/// No group of this shape costs less, whatever its width and distances.
+std::uint64_t least_cost(bool long_tails, std::span<const FamilyCosts> costs) {
+  std::uint64_t sum = kByte;
+  for (const FamilyCosts& of_class : costs) {
+    std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+    for (std::size_t number = long_tails ? 1 : 0; number < of_class.size(); number += 2) {
+      least = std::min(least, of_class[number]);
+    }
+    sum += least;
+  }
+  return sum;
+}
+
 Candidate<GroupDistributions> choose_group(std::span<const FamilyCosts> costs) {
   constexpr std::uint64_t kDistances = kByte * kClasses / 2;
   Candidate<GroupDistributions> best;
   for (const bool long_tails : {false, true}) {
+    const std::uint64_t least = least_cost(long_tails, costs) + kDistances;
     for (unsigned width = 0; width <= GroupDistributions::kMostWidth; ++width) {
       GroupDistributions group;
       group.width = static_cast<std::uint8_t>(width);
       group.long_tails = long_tails;
       best.improve(group, cost_of(group, costs));
+      if (least >= best.cost) continue;  // distances, which take long to find, cannot pay
       state_distances(group, costs);
       best.improve(group, cost_of(group, costs) + kDistances);
     }

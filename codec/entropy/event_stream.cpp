@@ -35,13 +35,21 @@ void StreamWriter::put(const Event& event, RansEncoder& out) const {
   out.put(distribution.start[token.index], distribution.frequency[token.index]);
 }
 
-DecodingTables::DecodingTables(const Distributions& distributions) {
-  for (std::size_t k = 0; k < residuals.size(); ++k) {
-    const unsigned number = distributions.number(static_cast<unsigned>(k));
-    residuals[k].distribution = make_distribution(number, distributions.token_count);
-    residuals[k].symbols = make_symbol_table(residuals[k].distribution, distributions.token_count);
+DecodingTables::DecodingTables(const Distributions& distributions)
+    : distributions_(distributions),
+      residuals_(std::make_unique_for_overwrite<Residuals[]>(CodingContext::kResidualCount)) {
+  for (std::size_t k = 0; k < flags_.size(); ++k) flags_[k] = kFlagUnit * distributions.flags[k];
+}
+
+void DecodingTables::make(unsigned context) {
+  const unsigned tokens = distributions_.token_count;
+  const Distribution distribution = make_distribution(distributions_.number(context), tokens);
+  Residuals& made = residuals_[context];
+  for (unsigned t = 0; t < Token::kCount; ++t) {
+    made.ranges[t] = distribution.start[t] | std::uint32_t{distribution.frequency[t]} << 16U;
   }
-  for (std::size_t k = 0; k < flags.size(); ++k) flags[k] = kFlagUnit * distributions.flags[k];
+  made.symbols = make_symbol_table(distribution, tokens);
+  made_[context] = true;
 }
 
 }  // namespace sbrdf::internal

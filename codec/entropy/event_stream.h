@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -59,16 +60,30 @@ class StreamWriter {
   std::array<std::uint32_t, CodingContext::kFlagCount> flags_{};  ///< frequency of yes
 };
 
-/// Distributions made ready for decoding.
-struct DecodingTables {
-  struct Entry {
-    Distribution distribution;
+/// Distributions made ready for decoding, those of residuals when they are first used: many never are.
+class DecodingTables {
+ public:
+  struct Residuals {
+    std::array<std::uint32_t, Token::kCount> ranges;  ///< of each token its start, and 2^16 times its frequency
     SymbolTable symbols;
   };
-  std::array<Entry, CodingContext::kResidualCount> residuals;    ///< by context
-  std::array<std::uint32_t, CodingContext::kFlagCount> flags{};  ///< frequency of yes; 0: never
 
   explicit DecodingTables(const Distributions& distributions);
+
+  [[nodiscard]] const Residuals& residuals(unsigned context) {
+    if (!made_[context]) make(context);
+    return residuals_[context];
+  }
+  /// Frequency of yes; 0: never.
+  [[nodiscard]] std::uint32_t flag(unsigned context) const { return flags_[context]; }
+
+ private:
+  void make(unsigned context);
+
+  Distributions distributions_;
+  std::unique_ptr<Residuals[]> residuals_;  ///< by context; not initialised but where made
+  std::array<bool, CodingContext::kResidualCount> made_{};
+  std::array<std::uint32_t, CodingContext::kFlagCount> flags_{};
 };
 
 /// The Io for reading. A step out of range or a read past the end make it not ok, and stay; what is read from then on
@@ -78,19 +93,20 @@ class StreamReader {
   static constexpr bool kDecodes = true;
 
   /// Both must outlive the reader.
-  StreamReader(std::span<const std::byte> stream, const DecodingTables& tables) : stream_(stream), tables_(tables) {}
+  StreamReader(std::span<const std::byte> stream, DecodingTables& tables) : stream_(stream), tables_(tables) {}
 
   /// A token, which tells how many plain bits follow, and these.
   void residual(unsigned context, std::int64_t& value) {
-    const DecodingTables::Entry& entry = tables_.residuals[context];
-    const unsigned token = entry.symbols[stream_.peek()];
-    stream_.take(entry.distribution.start[token], entry.distribution.frequency[token]);
+    const DecodingTables::Residuals& table = tables_.residuals(context);
+    const unsigned token = table.symbols[stream_.peek()];
+    const std::uint32_t range = table.ranges[token];
+    stream_.take(range & 0xFFFFU, range >> 16U);
     const unsigned count = plain_bits(token);
     value = residual_of(token, count == 0 ? 0 : stream_.bits(count));
   }
   /// Yes is the symbol that begins at 0, no the rest.
   void flag(unsigned context, bool& value) {
-    const std::uint32_t yes = tables_.flags[context];
+    const std::uint32_t yes = tables_.flag(context);
     value = stream_.peek() < yes;
     value ? stream_.take(0, yes) : stream_.take(yes, kProbabilityOne - yes);
   }
@@ -107,7 +123,7 @@ class StreamReader {
 
  private:
   RansDecoder stream_;
-  const DecodingTables& tables_;
+  DecodingTables& tables_;
   bool failed_ = false;
 };
 

@@ -29,6 +29,7 @@ class SampleCollector {
     sliced_.channels = index.channels;
     sliced_.sample_counts.assign(lattice.slices.size(), 0);
     first_.resize(lattice.slices.size());
+    if (!index.scale.lossless()) tabulate_values();
     if (max_depth < kMaxDepth) return;
     sliced_.positions.reserve(index.adaptive_count);
     sliced_.sample_values.reserve(index.adaptive_count * channels_);
@@ -85,7 +86,28 @@ class SampleCollector {
   template <class CoordinatesOf>
   void append_values(const CoordinatesOf& x, std::span<std::int32_t> steps, std::vector<float>& values) {
     if (offsets_) offsets_->put_back(x(), steps);
-    for (const std::int32_t step : steps) values.push_back(index_.scale.value(step));
+    for (const std::int32_t step : steps) values.push_back(value(step));
+  }
+
+  [[nodiscard]] float value(std::int32_t step) const {
+    const std::uint32_t place = static_cast<std::uint32_t>(step) - static_cast<std::uint32_t>(first_step_);
+    return place < known_values_.size() ? known_values_[place] : index_.scale.value(step);
+  }
+
+  // Those between the bounds that the index tells, where there are fewer of them than values.
+  void tabulate_values() {
+    std::int64_t least = 0;
+    std::int64_t most = 0;
+    for (const StepRange& range : index_.ranges) {
+      least = std::min<std::int64_t>(least, range.least);
+      most = std::max<std::int64_t>(most, range.most);
+    }
+    const auto count = static_cast<std::uint64_t>(most - least) + 1;
+    if (count > (lattice_.crossings.size() + index_.adaptive_count) * channels_) return;
+    first_step_ = static_cast<std::int32_t>(least);
+    for (std::int64_t step = least; step <= most; ++step) {
+      known_values_.push_back(index_.scale.value(static_cast<std::int32_t>(step)));
+    }
   }
 
   // Blocks come in an order of their own.
@@ -118,7 +140,9 @@ class SampleCollector {
   std::size_t channels_;
   int max_depth_;
   std::optional<GuideSteps> offsets_;
-  std::vector<std::size_t> first_;  ///< per slice, its first sample as read
+  std::vector<std::size_t> first_;   ///< per slice, its first sample as read
+  std::vector<float> known_values_;  ///< of the steps from first_step_ on
+  std::int32_t first_step_ = 0;
   SlicedBrdf sliced_;
 };
 
@@ -204,7 +228,7 @@ class Loader {
     std::size_t number;
     StreamReader in;
 
-    ChunkStream(std::vector<std::byte> payload, std::size_t chunk, const DecodingTables& tables)
+    ChunkStream(std::vector<std::byte> payload, std::size_t chunk, DecodingTables& tables)
         : bytes(std::move(payload)), number(chunk), in(bytes, tables) {}
   };
   /// Of a whole file the one stream that goes on and on, else that of a chunk of its own.

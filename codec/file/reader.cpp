@@ -79,9 +79,15 @@ Result<SlicedReader> SlicedReader::open(const ByteSource& source, const MemoryLi
     return refuse_sliced(
         "SB-3-2", "the chunks end at byte " + std::to_string(offsets.back()) + " of " + std::to_string(source.size()));
   }
-  return SlicedReader({&source, std::move(index).value(), std::make_shared<const Lattice>(std::move(lattice).value()),
+  return SlicedReader({&source, std::move(index).value(), std::make_shared<Lattice>(std::move(lattice).value()),
                        std::move(blocks), std::make_shared<LazyCrossingPlan>(), order, std::move(offsets), allowed},
                       head->version());
+}
+
+Lattice SlicedReader::take_lattice() && {
+  // It was made by open, and not as a constant.
+  if (file_.lattice.use_count() == 1) return std::move(*std::const_pointer_cast<Lattice>(file_.lattice));
+  return *file_.lattice;
 }
 
 Result<std::string> SlicedReader::metadata() const {

@@ -47,6 +47,8 @@ class SlicedReader {
   [[nodiscard]] const SlicedIndex& index() const { return file_.index; }
   [[nodiscard]] const Lattice& lattice() const { return *file_.lattice; }
   [[nodiscard]] const std::string& version() const { return version_; }
+  /// The lattice, for keeping: not copied if nobody else has it. The reader must not be used any more.
+  [[nodiscard]] Lattice take_lattice() &&;
 
   /// The JSON object of how the file came to be; may be empty.
   [[nodiscard]] Result<std::string> metadata() const;

@@ -43,6 +43,9 @@ std::vector<ChunkEvents> SampleRecorder::record_all(const CodingParameters& codi
     }
   }
   if (!layout_.whole) return events;
+  std::size_t count = 0;
+  for (const ChunkEvents& of_stream : events) count += of_stream.size();
+  events.front().reserve(count);
   for (std::size_t k = 1; k < events.size(); ++k) {
     events.front().insert(events.front().end(), events[k].begin(), events[k].end());
   }
@@ -88,6 +91,14 @@ std::vector<ChunkEvents> SampleRecorder::record_slices(std::span<const std::uint
                                                        const CodingParameters& coding) {
   const std::vector<bool> used = pieces_with_samples(block);
   std::vector<ChunkEvents> pieces(used.size());
+  // A flag for each gap between crossings and for both halves of what is halved: no more than these.
+  if (pieces.size() == 1) {
+    std::size_t count = 0;
+    for (const std::uint32_t k : block) {
+      count += lattice_.slices[k].interval_count() + sliced_.sample_counts[k] * (channels_ + 2);
+    }
+    pieces.front().reserve(count);
+  }
   for (const std::uint32_t k : block) record_slice(k, used, coding, pieces);
   return pieces;
 }

@@ -140,16 +140,23 @@ double mre_floor(const HeldBack& held_back) {
 
 HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
   const std::size_t channels = evaluator.channel_count();
+  std::vector<float> values(held_back.pairs.size() * channels);
+  for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
+    evaluator.evaluate(held_back.pairs[k], std::span(values).subspan(k * channels, channels));
+  }
+  return judge(values, held_back);
+}
+
+HeldBackError judge(std::span<const float> values, const HeldBack& held_back) {
+  const std::size_t channels = values.size() / std::max<std::size_t>(1, held_back.pairs.size());
   const double floor = mre_floor(held_back);
   const double total = 100 * floor * static_cast<double>(channels);
   double difference = 0;
   double relative = 0;
-  std::vector<float> values(channels);
   for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
-    evaluator.evaluate(held_back.pairs[k], values);
     for (std::size_t c = 0; c < channels; ++c) {
       const double f = held_back.values[k * channels + c];
-      const double distance = std::abs(values[c] - f);
+      const double distance = std::abs(values[k * channels + c] - f);
       const double error = held_back.weights[k] * (std::isnan(distance) ? kInfinite : distance);
       difference += error;
       if (error > 0) relative += error / std::max(std::abs(f), floor);

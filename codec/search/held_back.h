@@ -48,5 +48,7 @@ struct HeldBackError {
   double rel_l1_percent = 0;  ///< 100 x sum |f - r| / sum |f|
 };
 [[nodiscard]] HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back);
+/// The same of the values that evaluating has given, channel fastest.
+[[nodiscard]] HeldBackError judge(std::span<const float> values, const HeldBack& held_back);
 
 }  // namespace sbrdf::internal

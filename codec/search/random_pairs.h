@@ -33,20 +33,22 @@ class HighlightDraw {
  public:
   static constexpr std::array<double, 6> kScalesDeg = {1.0 / 64, 1.0 / 16, 0.25, 1, 4, 16};
 
-  explicit HighlightDraw(double theta_max_deg) : theta_max_deg_(theta_max_deg) {}
+  explicit HighlightDraw(double theta_max_deg);
 
   [[nodiscard]] WeightedPair operator()(std::mt19937_64& random) const;
 
  private:
   struct Box {
     double theta_low_deg, theta_high_deg;  ///< of theta_v
-    double phi_deg;                        ///< phi_v is at most so far from phi_i + 180
   };
   [[nodiscard]] Box box(std::size_t scale, double theta_i_deg) const;
+  /// phi_v is at most so far from phi_i + 180 [degrees].
+  [[nodiscard]] double phi_deg(std::size_t scale, double tan_theta_i) const;
   /// Of a pair whose phi_v is `turn_deg` in [-180, 180] from phi_i + 180.
   [[nodiscard]] double weight(double theta_i_deg, double theta_v_deg, double turn_deg) const;
 
   double theta_max_deg_;
+  std::array<double, kScalesDeg.size()> tan_scale_{};
 };
 
 }  // namespace sbrdf::internal

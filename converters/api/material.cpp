@@ -5,7 +5,6 @@
 #include <mutex>
 #include <thread>
 
-#include "codec/evaluation/vector_evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/importance/importance_table.h"
@@ -51,30 +50,13 @@ std::array<float, 3> vector_of(const Direction& direction) {
   return {w.x, w.y, w.z};
 }
 
-/// On all cores.
-void evaluate_vectors(const internal::VectorEvaluator& evaluator, std::span<const std::array<float, 3>> w_i,
-                      std::span<const std::array<float, 3>> w_v, std::span<float> values) {
-  const std::size_t channels = evaluator.channel_count();
-  internal::parallel_blocks(w_i.size(), kBlock, [&](std::size_t first, std::size_t size) {
-    std::array<glm::vec3, kBlock> i;
-    std::array<glm::vec3, kBlock> v;
-    for (std::size_t done = 0; done < size; done += kBlock) {
-      const std::size_t count = std::min(kBlock, size - done);
-      for (std::size_t k = 0; k < count; ++k) {
-        i[k] = vector_of(w_i[first + done + k]);
-        v[k] = vector_of(w_v[first + done + k]);
-      }
-      evaluator.evaluate(std::span(i).first(count), std::span(v).first(count),
-                         values.subspan((first + done) * channels, count * channels));
-    }
-  });
+Traits traits_of(const internal::SourceTraits& traits) {
+  return {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
 }
 
-Traits traits_of(const internal::SourceTraits& traits) {
-  Traits copy = {traits.format, traits.description, traits.channels, traits.isotropic, traits.reciprocal, {}};
-  for (const internal::Finding& finding : traits.findings) {
-    copy.findings.push_back({finding.what, finding.count, finding.total});
-  }
+std::vector<Finding> findings_of(std::span<const internal::Finding> findings) {
+  std::vector<Finding> copy;
+  for (const internal::Finding& finding : findings) copy.push_back({finding.what, finding.count, finding.total});
   return copy;
 }
 
@@ -95,12 +77,11 @@ internal::Progress progress_of(const Progress& progress) { return {progress}; }
 }  // namespace
 
 struct [[gnu::visibility("hidden")]] Material::State {
-  Traits traits;
+  mutable Traits traits;  ///< findings come in when they are asked for
   std::string metadata;
   std::unique_ptr<const internal::BrdfSource> source;  ///< of a whole material
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
-  mutable std::once_flag vectors_asked;
-  mutable std::optional<internal::VectorEvaluator> vectors;
+  mutable std::once_flag findings_asked;
   mutable std::once_flag drawing_asked;
   mutable std::optional<internal::ImportanceTable> drawing;
 
@@ -109,14 +90,6 @@ struct [[gnu::visibility("hidden")]] Material::State {
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
-
-  /// Of a material that consists of slices, made when vectors are asked for the first time; nullptr for others.
-  [[nodiscard]] const internal::VectorEvaluator* for_vectors() const {
-    const internal::DecodedSliced* slices = source ? source->sliced() : nullptr;
-    if (slices == nullptr) return nullptr;
-    std::call_once(vectors_asked, [&] { vectors.emplace(slices->sliced, slices->lattice); });
-    return &*vectors;
-  }
 
   void evaluate(std::span<const internal::DirectionPair> pairs, std::span<float> values) const {
     if (source) return source->evaluate(pairs, values);
@@ -127,16 +100,34 @@ struct [[gnu::visibility("hidden")]] Material::State {
     }
   }
 
-  /// On this thread: the bits of `Material::evaluate` for vectors.
+  /// On this thread.
   void evaluate_here(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v, std::span<float> values) const {
-    if (const internal::VectorEvaluator* evaluator = for_vectors()) return evaluator->evaluate(w_i, w_v, values);
+    if (source) return source->evaluate_vectors(w_i, w_v, values);
+    // A part has angles only.
     const std::size_t channels = traits.channels.size();
-    std::array<internal::DirectionPair, 16> pairs;  // few, as one is what most calls are about
-    for (std::size_t first = 0; first < w_i.size(); first += pairs.size()) {
-      const std::size_t size = std::min(pairs.size(), w_i.size() - first);
-      for (std::size_t k = 0; k < size; ++k) pairs[k] = pair_of(w_i[first + k], w_v[first + k]);
-      evaluate(std::span(pairs).first(size), values.subspan(first * channels, size * channels));
+    for (std::size_t k = 0; k < w_i.size(); ++k) {
+      const std::array pair = {pair_of(w_i[k], w_v[k])};
+      evaluate(pair, values.subspan(k * channels, channels));
     }
+  }
+
+  /// On all cores. The vectors are what the source takes, x, y and z.
+  void evaluate_vectors(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
+                        std::span<float> values) const {
+    const std::size_t channels = traits.channels.size();
+    internal::parallel_blocks(w_i.size(), kBlock, [&](std::size_t first, std::size_t size) {
+      std::array<glm::vec3, kBlock> i;
+      std::array<glm::vec3, kBlock> v;
+      for (std::size_t done = 0; done < size; done += kBlock) {
+        const std::size_t count = std::min(kBlock, size - done);
+        for (std::size_t k = 0; k < count; ++k) {
+          i[k] = vector_of(w_i[first + done + k]);
+          v[k] = vector_of(w_v[first + done + k]);
+        }
+        evaluate_here(std::span(i).first(count), std::span(v).first(count),
+                      values.subspan((first + done) * channels, count * channels));
+      }
+    });
   }
 
   /// Made when the first direction is drawn, or a density asked for.
@@ -144,7 +135,6 @@ struct [[gnu::visibility("hidden")]] Material::State {
     std::call_once(drawing_asked, [&] {
       const auto evaluate_vectors = [&](std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
                                         std::span<float> own) { evaluate_here(w_i, w_v, own); };
-      static_cast<void>(for_vectors());
       // In an arena of its own: a thread that waits for others here must not begin tasks of the caller's, which may
       // draw, too, and would wait for this.
       internal::with_threads(std::max(1U, std::thread::hardware_concurrency()), [&] {
@@ -297,7 +287,13 @@ Result<Material> Material::open(std::uint64_t size, ReadRange read, const OpenOp
 
 Material::Material(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
-const Traits& Material::traits() const { return state_->traits; }
+const Traits& Material::traits() const {
+  std::call_once(state_->findings_asked, [&] {
+    if (state_->source) state_->traits.findings = findings_of(state_->source->findings());
+  });
+  return state_->traits;
+}
+std::size_t Material::channel_count() const { return state_->traits.channels.size(); }
 const std::string& Material::metadata() const { return state_->metadata; }
 
 void Material::evaluate(const DirectionPair& pair, std::span<float> values) const {
@@ -314,11 +310,7 @@ void Material::evaluate(std::span<const DirectionPair> pairs, std::span<float> v
 void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                         std::span<float> values) const {
   assert(w_i.size() == w_v.size());
-  if (const internal::VectorEvaluator* evaluator = state_->for_vectors()) {
-    return evaluate_vectors(*evaluator, w_i, w_v, values);
-  }
-  const auto pair_at = [&](std::size_t k) { return pair_of(vector_of(w_i[k]), vector_of(w_v[k])); };
-  state_->evaluate_blocks(w_i.size(), pair_at, values);
+  state_->evaluate_vectors(w_i, w_v, values);
 }
 
 Sample Material::sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const {

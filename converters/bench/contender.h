@@ -32,10 +32,6 @@ class Contender {
                         std::span<float> values) const = 0;
 };
 
-/// Values of a source for unit vectors. The one place that says how a source is asked for vectors.
-void evaluate_vectors(const BrdfSource& source, std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
-                      std::span<float> values);
-
 /// Any source.
 class SourceContender final : public Contender {
  public:
@@ -45,7 +41,7 @@ class SourceContender final : public Contender {
   [[nodiscard]] bool is_reciprocal() const override { return source_->traits().reciprocal; }
   void evaluate(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
                 std::span<float> values) const override {
-    evaluate_vectors(*source_, w_i, w_v, values);
+    source_->evaluate_vectors(w_i, w_v, values);
   }
 
  private:

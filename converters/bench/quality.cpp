@@ -91,7 +91,7 @@ Status check_bits(const Contender& contender, const VectorPairs& pairs, const st
 Status check_values(const VectorPairs& pairs, const std::vector<float>& values, const BrdfSource& source,
                     double wild_percent) {
   std::vector<float> expected(values.size());
-  evaluate_vectors(source, pairs.i, pairs.v, expected);
+  source.evaluate_vectors(pairs.i, pairs.v, expected);
   double sum = 0;
   for (const float f : expected) sum += std::abs(static_cast<double>(f));
   const double floor = kFloorShare * sum / static_cast<double>(expected.size());
@@ -134,7 +134,7 @@ Status verify(const Contender& contender, const BrdfSource& source, const Vector
   const auto bad = std::find_if(values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
   if (bad != values.end()) {
     std::vector<float> expected(values.size());
-    evaluate_vectors(judge.source(), verified.i, verified.v, expected);
+    judge.source().evaluate_vectors(verified.i, verified.v, expected);
     const auto k = static_cast<std::size_t>(bad - values.begin());
     return difference_error("a value is not finite: " + place_of(verified, k, source, expected[k], values[k]));
   }

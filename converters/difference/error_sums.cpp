@@ -96,7 +96,7 @@ ErrorFigures ErrorSums::figures() const {
 
 void ChannelErrors::add(const WeightedPair& at, std::span<const float> f, std::span<const float> r,
                         std::span<LogHistogram> relative) {
-  const double cosines = std::cos(at.pair.i.theta) * std::cos(at.pair.v.theta);
+  const double cosines = cos_i_.of(at.pair.i.theta) * cos_v_.of(at.pair.v.theta);
   for (std::size_t c = 0; c < sums_.size(); ++c) {
     sums_[c].add({at.pair, c, f[c], r[c]}, at.weight, cosines);
     const double error = relative_error(f[c], r[c], floor_);

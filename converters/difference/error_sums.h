@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -93,8 +94,18 @@ class ChannelErrors {
   [[nodiscard]] ErrorFigures all(std::span<const LogHistogram> relative) const;
 
  private:
+  /// Pairs of a grid have the same angle many times over.
+  struct LastCosine {
+    double angle = 0;
+    double cosine = 1;
+    double of(double next) {
+      if (next != angle) cosine = std::cos(angle = next);
+      return cosine;
+    }
+  };
   double floor_;
   std::vector<ErrorSums> sums_;
+  LastCosine cos_i_, cos_v_;
 };
 
 }  // namespace sbrdf::internal

@@ -332,7 +332,7 @@ Status save_source(const Format& format, const BrdfSource& source, ByteSink& sin
                    Report& report, const Progress& progress) {
   if (!format.capabilities.has(Capability::kWrite)) return unsupported(files_of(format) + " cannot be written");
   if (Status allowed = check_save(format, options); !allowed) return allowed;
-  report.findings = source.traits().findings;
+  report.findings = source.findings();
   CountingSink counting(sink);
   Status saved = format.save(source, counting, options, report, progress);
   report.bytes = counting.size();

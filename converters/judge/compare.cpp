@@ -38,6 +38,61 @@ Status check(const BrdfSource& reference, const BrdfSource& test, const CompareO
   return ok_status();
 }
 
+/// The vectors of directions one after the other, most of which share an angle with the one before.
+class VectorOf {
+ public:
+  glm::vec3 operator()(const Direction& direction) {
+    if (direction.theta != theta_) {
+      theta_ = direction.theta;
+      sin_theta_ = std::sin(theta_);
+      cos_theta_ = std::cos(theta_);
+    }
+    if (direction.phi != phi_) {
+      phi_ = direction.phi;
+      sin_phi_ = std::sin(phi_);
+      cos_phi_ = std::cos(phi_);
+    }
+    return {sin_theta_ * cos_phi_, sin_theta_ * sin_phi_, cos_theta_};
+  }
+
+ private:
+  double theta_ = 0, sin_theta_ = 0, cos_theta_ = 1;
+  double phi_ = 0, sin_phi_ = 0, cos_phi_ = 1;
+};
+
+/// Pairs as sources are asked for them: all by their angles, or all by vectors.
+class Asked {
+ public:
+  Asked(std::span<const WeightedPair> weighted, bool by_vectors) : by_vectors_(by_vectors) {
+    VectorOf vector_i;
+    VectorOf vector_v;
+    for (const auto& [pair, weight] : weighted) {
+      if (by_vectors) {
+        w_i_.push_back(vector_i(pair.i));
+        w_v_.push_back(vector_v(pair.v));
+      } else {
+        pairs_.push_back(pair);
+      }
+    }
+  }
+
+  [[nodiscard]] std::vector<float> values_of(const BrdfSource& source) const {
+    std::vector<float> values((by_vectors_ ? w_i_.size() : pairs_.size()) * source.channel_count());
+    if (by_vectors_) {
+      source.evaluate_vectors(w_i_, w_v_, values);
+    } else {
+      source.evaluate(pairs_, values);
+    }
+    return values;
+  }
+
+ private:
+  bool by_vectors_;
+  std::vector<DirectionPair> pairs_;
+  std::vector<glm::vec3> w_i_;
+  std::vector<glm::vec3> w_v_;
+};
+
 class Comparer {
  public:
   Comparer(const BrdfSource& reference, const BrdfSource& test, const ComparedPairs& pairs,
@@ -46,7 +101,8 @@ class Comparer {
         test_(test),
         pairs_(pairs),
         false_values_(false_values),
-        channels_(reference.channel_count()) {}
+        channels_(reference.channel_count()),
+        by_vectors_(reference.sliced() != nullptr || test.sliced() != nullptr) {}
 
   /// A hundredth of the mean |f|.
   Result<double> floor_of_draw(const Progress& progress) const {
@@ -59,7 +115,7 @@ class Comparer {
         progress, {},
         [&](std::uint64_t block, Mean& mean) {
           const std::vector<WeightedPair> pairs = measured_pairs(block);
-          const std::vector<float> f = evaluate(reference_, pairs);
+          const std::vector<float> f = Asked(pairs, by_vectors_).values_of(reference_);
           for (std::size_t k = 0; k < f.size(); ++k) {
             const double weight = pairs[k / channels_].weight;
             mean.sum += weight * std::abs(static_cast<double>(f[k]));
@@ -146,21 +202,13 @@ class Comparer {
     return measured;
   }
 
-  std::vector<float> evaluate(const BrdfSource& source, std::span<const WeightedPair> weighted) const {
-    std::vector<DirectionPair> pairs;
-    pairs.reserve(weighted.size());
-    for (const WeightedPair& at : weighted) pairs.push_back(at.pair);
-    std::vector<float> values(pairs.size() * channels_);
-    source.evaluate(pairs, values);
-    return values;
-  }
-
   // How many pairs were measured.
   std::uint64_t compare_block(std::uint64_t block, ChannelErrors& errors, std::span<LogHistogram> relative,
                               FalseValues& false_values) const {
     const std::vector<WeightedPair> pairs = measured_pairs(block);
-    const std::vector<float> f = evaluate(reference_, pairs);
-    const std::vector<float> r = evaluate(test_, pairs);
+    const Asked asked(pairs, by_vectors_);
+    const std::vector<float> f = asked.values_of(reference_);
+    const std::vector<float> r = asked.values_of(test_);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto of_pair = [&](const std::vector<float>& values) {
         return std::span(values).subspan(k * channels_, channels_);
@@ -178,6 +226,7 @@ class Comparer {
   const ComparedPairs& pairs_;
   FalseValueSearch false_values_;
   std::size_t channels_;
+  bool by_vectors_;  ///< slices are evaluated faster from these
 };
 
 }  // namespace

@@ -33,12 +33,23 @@ struct Geometry {
   double square_sum;  ///< |sum|^2
 };
 
-Geometry geometry_of(const DirectionPair& pair) {
-  const auto stepped_back = [](const Direction& w) {
-    return vector_from_direction({std::min(w.theta, kPi / 2 - kKurtGrazing), w.phi});
-  };
-  const glm::dvec3 i = stepped_back(pair.i);
-  const glm::dvec3 v = stepped_back(pair.v);
+glm::dvec3 stepped_back(const Direction& w) {
+  return vector_from_direction({std::min(w.theta, kPi / 2 - kKurtGrazing), w.phi});
+}
+
+/// Of a vector of any length above the horizon, normalised.
+glm::dvec3 stepped_back(const glm::dvec3& w) {
+  static const double least_z = std::sin(kKurtGrazing);
+  static const double most_radius = std::cos(kKurtGrazing);
+  const double square = w.x * w.x + w.y * w.y;
+  const double length = std::sqrt(square + w.z * w.z);
+  if (w.z >= least_z * length) return w / length;
+  const double radius = std::sqrt(square);
+  return {w.x * (most_radius / radius), w.y * (most_radius / radius), least_z};
+}
+
+/// Of vectors that were stepped back.
+Geometry geometry_of(const glm::dvec3& i, const glm::dvec3& v) {
   const glm::dvec3 sum = i + v;
   const double square_z = sum.z * sum.z;
   return {sum, i.z * v.z, square_z, sum.x * sum.x + sum.y * sum.y + square_z};
@@ -73,18 +84,32 @@ class KurtSource final : public BrdfSource {
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
     assert(values.size() == pairs.size() * diffuse_.size());
     for (std::size_t n = 0; n < pairs.size(); ++n) {
-      const Colour f_r = above_horizon(pairs[n]) ? value_at(pairs[n]) : Colour{};
-      for (std::size_t c = 0; c < f_r.size(); ++c) {
-        values[n * f_r.size() + c] = static_cast<float>(std::min<double>(f_r[c], std::numeric_limits<float>::max()));
-      }
+      const auto& [i, v] = pairs[n];
+      put(above_horizon(pairs[n]) ? value_at(stepped_back(i), stepped_back(v)) : Colour{}, n, values);
+    }
+  }
+
+  void evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                        std::span<float> values) const override {
+    assert(w_i.size() == w_v.size() && values.size() == w_i.size() * diffuse_.size());
+    for (std::size_t n = 0; n < w_i.size(); ++n) {
+      const bool above = above_horizon(w_i[n]) && above_horizon(w_v[n]);
+      put(above ? value_at(stepped_back(glm::dvec3(w_i[n])), stepped_back(glm::dvec3(w_v[n]))) : Colour{}, n, values);
     }
   }
 
  private:
-  [[nodiscard]] Colour value_at(const DirectionPair& pair) const {
+  static void put(const Colour& f_r, std::size_t n, std::span<float> values) {
+    for (std::size_t c = 0; c < f_r.size(); ++c) {
+      values[n * f_r.size() + c] = static_cast<float>(std::min<double>(f_r[c], std::numeric_limits<float>::max()));
+    }
+  }
+
+  // Of vectors that were stepped back.
+  [[nodiscard]] Colour value_at(const glm::dvec3& i, const glm::dvec3& v) const {
     Colour f_r = diffuse_;
     if (lobes_.empty()) return f_r;
-    const Geometry g = geometry_of(pair);
+    const Geometry g = geometry_of(i, v);
     const double view_half = std::sqrt(g.square_sum) / 2;  // v.h = |i + v| / 2
     const double x = 1 - view_half;
     const double fall = x * x * x * x * x;

@@ -10,6 +10,7 @@
 #include "converters/slicing/metadata.h"
 #include "converters/source/reciprocity.h"
 #include "converters/source/symmetry_detection.h"
+#include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -18,6 +19,7 @@ constexpr std::size_t kHeldBackCount = 12'000;
 constexpr std::uint64_t kChoiceSeed = 1;
 constexpr std::uint64_t kReportSeed = 2;
 constexpr std::uint64_t kFitSeed = 3;
+constexpr std::size_t kBlock = 256;  // held-back directions that one task looks at
 
 std::string at_degrees(const DirectionPair& pair) {
   const auto text = [](const char* name, double radians) {
@@ -55,12 +57,28 @@ std::uint64_t measurements_for(const SamplingOptions& sampling) {
   return sampling.sample_count * (sampling.refinement == Refinement::kBySource ? 4 : 1);
 }
 
+// On all cores, channel fastest.
+std::vector<float> evaluate(const Evaluator& evaluator, const HeldBack& held_back) {
+  const std::size_t channels = evaluator.channel_count();
+  std::vector<float> values(held_back.pairs.size() * channels);
+  parallel_blocks(held_back.pairs.size(), kBlock, [&](std::size_t first, std::size_t size) {
+    for (std::size_t k = first; k < first + size; ++k) {
+      evaluator.evaluate(held_back.pairs[k], std::span(values).subspan(k * channels, channels));
+    }
+  });
+  return values;
+}
+
+HeldBackError error_of(const SlicedBrdf& sliced, const Lattice& lattice, const HeldBack& held_back) {
+  return judge(evaluate(Evaluator(sliced, lattice), held_back), held_back);
+}
+
 // Of what a file of that precision gives back.
 HeldBackError rounded_error(const Slicing& slicing, double precision, const HeldBack& held_back) {
-  if (precision == 0) return judge(Evaluator(slicing.sliced, slicing.lattice), held_back);
+  if (precision == 0) return error_of(slicing.sliced, slicing.lattice, held_back);
   SlicedBrdf coded = slicing.sliced;
   round_to_precision(coded, precision);
-  return judge(Evaluator(coded, slicing.lattice), held_back);
+  return error_of(coded, slicing.lattice, held_back);
 }
 
 }  // namespace
@@ -200,9 +218,9 @@ Status Slicer::fit(Slicing& slicing) const {
   });
   if (!directions) return directions.error();
   SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective());
-  const Standard standard = {objective(), judge(Evaluator(slicing.sliced, slicing.lattice), choice_)};
+  const Standard standard = {objective(), error_of(slicing.sliced, slicing.lattice, choice_)};
   const double before = standard.value_of(standard.ceiling);
-  if (standard.value_of(judge(Evaluator(fitted, slicing.lattice), choice_)) >= before) return ok_status();
+  if (standard.value_of(error_of(fitted, slicing.lattice, choice_)) >= before) return ok_status();
   slicing.sliced = std::move(fitted);
   slicing.report.fitted = true;
   return ok_status();
@@ -257,7 +275,7 @@ double Slicer::precision_for(const Slicing& slicing) const {
   return found.value_or(0);
 }
 
-void Slicer::finish(Slicing& slicing) const {
+std::vector<float> Slicer::finish(Slicing& slicing) const {
   if (!slicing.precision) slicing.precision = precision_for(slicing);
   SliceReport& report = slicing.report;
   round_to_precision(slicing.sliced, *slicing.precision);
@@ -272,31 +290,41 @@ void Slicer::finish(Slicing& slicing) const {
         static_cast<std::uint64_t>(std::count_if(values.begin(), values.end(), [](float v) { return v < 0; }));
   }
   report.reciprocity_difference_percent = reciprocity_difference_percent_;
-  report.error = judge(Evaluator(slicing.sliced, slicing.lattice), report_);
+  const std::vector<float> values = evaluate(Evaluator(slicing.sliced, slicing.lattice), report_);
+  report.error = judge(values, report_);
   report.error_directions = report_.pairs.size();
   report.error_values_all_zero = all_zero(report_);
   report.theta_max_deg = theta_max_deg_;
   report.filled_samples = count_filled(slicing);
-  slicing.sliced.metadata = metadata_of_slicing(source_.traits(), options_, report);
+  slicing.sliced.metadata = metadata_of_slicing(source_.reported_traits(), options_, report);
+  return values;
 }
 
-void Slicer::look_closer(Slicing& slicing) const {
+void Slicer::look_closer(std::span<const float> values, Slicing& slicing) const {
   const std::size_t channels = source_.channel_count();
-  const Evaluator evaluator(slicing.sliced, slicing.lattice);
+  const std::size_t count = report_.pairs.size();
+  const auto of_pair = [&](std::span<const float> all, std::size_t k) { return all.subspan(k * channels, channels); };
   ChannelErrors errors(channels, mre_floor(report_));
   std::vector<LogHistogram> relative(channels);
-  std::vector<float> r(channels);
-  for (std::size_t k = 0; k < report_.pairs.size(); ++k) {
-    evaluator.evaluate(report_.pairs[k], r);
-    const std::span<const float> f = std::span(report_.values).subspan(k * channels, channels);
-    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(report_.pairs.size())}, f, r, relative);
-    find_false_values(*measured_, report_.pairs[k], f, r, FalseValueSearch::kFar, slicing.report.false_values);
+  for (std::size_t k = 0; k < count; ++k) {
+    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(count)}, of_pair(report_.values, k),
+               of_pair(values, k), relative);
   }
   slicing.report.figures = errors.all(relative);
+  // Blocks are added in their order, so that the worst is the first of equals for any number of threads.
+  std::vector<FalseValues> blocks((count + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), [&](std::uint64_t block) {
+    const std::size_t first = static_cast<std::size_t>(block) * kBlock;
+    for (std::size_t k = first; k < std::min(count, first + kBlock); ++k) {
+      find_false_values(*measured_, report_.pairs[k], of_pair(report_.values, k), of_pair(values, k),
+                        FalseValueSearch::kFar, blocks[block]);
+    }
+  });
+  for (const FalseValues& block : blocks) slicing.report.false_values.add(block);
 }
 
 std::size_t Slicer::file_size(Slicing slicing) const {
-  finish(slicing);
+  static_cast<void>(finish(slicing));
   return encode_sliced(slicing.sliced, slicing.lattice, encoding_of(slicing, options_)).size();
 }
 

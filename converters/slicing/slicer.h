@@ -68,9 +68,11 @@ class Slicer {
   [[nodiscard]] bool all_held_back_zero() const { return all_zero(choice_) || all_zero(report_); }
 
   /// Rounds the samples to the precision, which it chooses where it is open, and fills report and metadata.
-  void finish(Slicing& slicing) const;
-  /// Fills what people are told of the error, but not the metadata, of a slicing that is finished.
-  void look_closer(Slicing& slicing) const;
+  /// Gives its values on the directions that results are judged on.
+  std::vector<float> finish(Slicing& slicing) const;
+  /// Fills what people are told of the error, but not the metadata, of a slicing that is finished; `values` as of
+  /// finish.
+  void look_closer(std::span<const float> values, Slicing& slicing) const;
   /// Bytes of the file, with the metadata that it will have. Takes a slicing that is not finished.
   [[nodiscard]] std::size_t file_size(Slicing slicing) const;
 

@@ -25,8 +25,7 @@ Result<Slicing> slice_source(const BrdfSource& source, const SliceOptions& optio
   Result<Slicing> slicing = slice_by_rule(*slicer, steps.step(kSlicingShare));
   if (!slicing && slicing.error().code != ErrorCode::kDifference) return slicing;
   if (slicing) {
-    slicer->finish(*slicing);
-    slicer->look_closer(*slicing);
+    slicer->look_closer(slicer->finish(*slicing), *slicing);
   }
   if (!steps.finish()) return interrupted_error();
   if (slicing && !has_positive(slicing->sliced)) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -7,6 +8,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "codec/mask/direction_mask.h"
 #include "formats/core/directions.h"
@@ -32,7 +35,7 @@ struct SourceTraits {
   std::vector<std::string> channels;  ///< names in the order of the values, such as R, G, B
   bool isotropic = false;             ///< values depend on phi_i - phi_v only
   bool reciprocal = false;            ///< f(i,v) = f(v,i) by construction
-  std::vector<Finding> findings;
+  std::vector<Finding> findings;      ///< what was seen on opening; BrdfSource::findings has all
   /// Both directions were measured, or are known by a formula, up to here; beyond, values are made up.
   double theta_max_deg = 90;
   std::string beyond_theta_max;      ///< what is given there: "the value held at theta_max"
@@ -56,6 +59,17 @@ class BrdfSource {
   /// gives 0; values are finite, and may be negative where the source's data are.
   virtual void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const = 0;
 
+  /// The same for vectors x, y, z with the normal at (0, 0, 1), of any length but 0; 0 where one points below the
+  /// horizon or is no direction. `w_i` and `w_v` have the same length. Values agree with those of the angles to
+  /// rounding.
+  virtual void evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                                std::span<float> values) const;
+
+  /// All that traits().findings has, and what takes a look at the whole file: that is taken when it is first asked for.
+  [[nodiscard]] virtual const std::vector<Finding>& findings() const { return traits().findings; }
+  /// traits() with all findings(), for reports.
+  [[nodiscard]] SourceTraits reported_traits() const;
+
   /// Which pairs were measured: `flags`, one for each pair, become 1, or 0 where nothing was measured and what
   /// `evaluate` says is made up. Pairs below the horizon count as measured: 0 is right there.
   virtual void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const;
@@ -71,8 +85,9 @@ class BrdfSource {
   /// otherwise.
   [[nodiscard]] virtual const DecodedSliced* sliced() const { return nullptr; }
 
-  /// The grid of a source that consists of one, with the value at each node as it was read; valid as long as the source.
-  /// nullptr otherwise, and where the table is not of a kind that a grid describes (patches, scattered samples).
+  /// The grid of a source that consists of one, with the value at each node as it was read; valid as long as the
+  /// source. nullptr otherwise, and where the table is not of a kind that a grid describes (patches, scattered
+  /// samples).
   [[nodiscard]] virtual const DenseTable* table() const { return nullptr; }
 
   /// The file of a format (the name of its row) that says exactly what this source says: its bytes are a perfect copy.
@@ -84,5 +99,14 @@ class BrdfSource {
 
 /// `source.evaluate` over many pairs on all cores: the same values.
 void evaluate_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values);
+/// `source.evaluate_vectors` likewise.
+void evaluate_in_parallel(const BrdfSource& source, std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                          std::span<float> values);
+
+/// Whether a vector of any length points to the upper hemisphere, or along its rim; not so if it is 0 or not finite.
+[[nodiscard]] inline bool above_horizon(const glm::vec3& w) {
+  const float length = std::abs(w.x) + std::abs(w.y) + w.z;
+  return w.z >= 0 && length > 0 && std::isfinite(length);
+}
 
 }  // namespace sbrdf::internal

@@ -19,6 +19,7 @@ class FilledSource final : public BrdfSource {
   explicit FilledSource(const BrdfSource& source);
 
   [[nodiscard]] const SourceTraits& traits() const override { return source_.traits(); }
+  [[nodiscard]] const std::vector<Finding>& findings() const override { return source_.findings(); }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
     source_.measured(pairs, flags);

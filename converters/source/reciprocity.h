@@ -1,6 +1,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "converters/source/brdf_source.h"
 
@@ -13,6 +16,7 @@ class SymmetrisedSource final : public BrdfSource {
   explicit SymmetrisedSource(const BrdfSource& source);
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
+  [[nodiscard]] const std::vector<Finding>& findings() const override { return source_.findings(); }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override { return source_.mask_grid(); }

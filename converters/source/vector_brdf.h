@@ -5,7 +5,7 @@
 
 namespace sbrdf::internal {
 
-/// A source for those who have vectors; one of slices through a VectorEvaluator. `source` must outlive it.
+/// A source as what importance sampling takes. `source` must outlive it.
 [[nodiscard]] VectorBrdf vector_brdf_of(const BrdfSource& source);
 
 }  // namespace sbrdf::internal

@@ -30,13 +30,39 @@ Result<std::shared_ptr<const ByteSource>> open_sibling(const std::string& path, 
   return open_file(name);
 }
 
-/// A file read whole.
-class ReadSource final : public OwnedMemorySource {
- public:
-  using OwnedMemorySource::OwnedMemorySource;
-  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
-    return open_sibling(path(), suffix);
+/// Bytes that were read. Not zeroed before, as those of a vector: that takes half as long as reading them.
+struct ReadBytes {
+  std::unique_ptr<std::byte[]> first;
+  std::size_t size = 0;
+
+  /// Room for `capacity` bytes, of which the first `size` stay.
+  void grow(std::size_t capacity) {
+    auto larger = std::make_unique_for_overwrite<std::byte[]>(capacity);
+    std::copy_n(first.get(), size, larger.get());
+    first = std::move(larger);
   }
+};
+
+/// A file read whole.
+class ReadSource final : public ByteSource {
+ public:
+  ReadSource(ReadBytes bytes, std::string path) : bytes_(std::move(bytes)), path_(std::move(path)) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return bytes_.size; }
+  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
+    return MemorySource(*view()).read(offset, target);
+  }
+  [[nodiscard]] std::optional<std::span<const std::byte>> view() const override {
+    return std::span<const std::byte>(bytes_.first.get(), bytes_.size);
+  }
+  [[nodiscard]] std::string path() const override { return path_; }
+  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
+    return open_sibling(path_, suffix);
+  }
+
+ private:
+  ReadBytes bytes_;
+  std::string path_;
 };
 
 class MappedSource final : public ByteSource {
@@ -97,26 +123,25 @@ Error cannot_be_opened(const std::filesystem::path& path) {
   return none || !missing ? error : io_error("is a link to " + target.string() + ", which is not there");
 }
 
-/// Reads to the end, or to `bytes.size()` where the size is known.
-Status read_all(int descriptor, std::vector<std::byte>& bytes, bool size_known) {
-  std::size_t filled = 0;
-  while (!size_known || filled < bytes.size()) {
+/// Reads to the end, or to `capacity` where the size is known.
+Status read_all(int descriptor, std::size_t capacity, bool size_known, ReadBytes& bytes) {
+  bytes.grow(capacity);
+  while (!size_known || bytes.size < capacity) {
     if (!wait_for_input(descriptor)) return interrupted_error();
-    if (filled == bytes.size()) bytes.resize(std::max(kPiece, 2 * filled));
-    const ssize_t got = ::read(descriptor, bytes.data() + filled, std::min(64 * kPiece, bytes.size() - filled));
+    if (bytes.size == capacity) bytes.grow(capacity = std::max(kPiece, 2 * capacity));
+    const ssize_t got =
+        ::read(descriptor, bytes.first.get() + bytes.size, std::min(64 * kPiece, capacity - bytes.size));
     if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (got < 0) return system_error("cannot be read");
     if (got == 0) break;
-    filled += static_cast<std::size_t>(got);
-    if (filled > largest_file()) return too_large(filled);
+    bytes.size += static_cast<std::size_t>(got);
+    if (bytes.size > largest_file()) return too_large(bytes.size);
   }
-  bytes.resize(filled);
   return ok_status();
 }
 
-}  // namespace
-
-Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
+/// All bytes of a file or a named pipe.
+Result<ReadBytes> read_file(const std::filesystem::path& path) {
   struct stat status {};
   // Asked before opening: opening a device can already do something.
   if (::stat(path.c_str(), &status) != 0) return cannot_be_opened(path);
@@ -125,15 +150,17 @@ Result<std::vector<std::byte>> read_file(const std::filesystem::path& path) {
   // A pipe without a writer would hold up open() where no signal ends it.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) return cannot_be_opened(path);
-  std::vector<std::byte> bytes;
+  std::size_t size = 0;
   if (S_ISREG(status.st_mode)) {
-    const auto size = static_cast<std::uint64_t>(status.st_size);
+    size = static_cast<std::size_t>(status.st_size);
     if (size > largest_file()) return too_large(size);
-    bytes.resize(size);
   }
-  if (Status read = read_all(file.number(), bytes, S_ISREG(status.st_mode)); !read) return read.error();
+  ReadBytes bytes;
+  if (Status read = read_all(file.number(), size, S_ISREG(status.st_mode), bytes); !read) return read.error();
   return bytes;
 }
+
+}  // namespace
 
 Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path) {
   // A named pipe without a writer must not hold up the opening.
@@ -156,7 +183,7 @@ Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path&
     if (!mapped) return mapped.error();
     return std::shared_ptr<const ByteSource>(*std::move(mapped));
   }
-  Result<std::vector<std::byte>> bytes = read_file(path);
+  Result<ReadBytes> bytes = read_file(path);
   if (!bytes) return bytes.error();
   return std::shared_ptr<const ByteSource>(std::make_shared<ReadSource>(*std::move(bytes), path.string()));
 }

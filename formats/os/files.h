@@ -13,11 +13,7 @@
 
 namespace sbrdf::internal {
 
-/// All bytes of a file or a named pipe. kIo, with a message that says which it was: missing, a directory, a device,
-/// unreadable, larger than half of the machine's memory, or interrupted.
-[[nodiscard]] Result<std::vector<std::byte>> read_file(const std::filesystem::path& path);
-
-/// An ordinary file, mapped: only what is read comes from the disk. kIo as for read_file. A file that another program
+/// An ordinary file, mapped: only what is read comes from the disk. kIo as for open_file. A file that another program
 /// makes shorter while it is mapped ends this one, so use it for files that are read in part.
 [[nodiscard]] Result<std::unique_ptr<ByteSource>> map_file(const std::filesystem::path& path);
 
@@ -25,7 +21,9 @@ namespace sbrdf::internal {
 inline constexpr std::uint64_t kMapFrom = std::uint64_t{1} << 26U;
 
 /// The bytes of a file or a named pipe, to be kept: read into memory, where nobody can make them fewer, but mapped
-/// where an ordinary file is larger than kMapFrom. kIo as for the two above; any size of an ordinary file will do.
+/// where an ordinary file is larger than kMapFrom; any size of one will do. kIo, with a message that says which it was:
+/// missing, a directory, a device, unreadable, a pipe that gives more than half of the machine's memory, or
+/// interrupted.
 [[nodiscard]] Result<std::shared_ptr<const ByteSource>> open_file(const std::filesystem::path& path);
 
 /// What a name stands for: anything at all, or an ordinary file.

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <random>
 #include <vector>
 
 #include "codec/evaluation/evaluator.h"
 #include "codec/evaluation/vector_evaluator.h"
 #include "converters/bench/yardstick.h"
 #include "tests/benchmarks/timing.h"
+#include "tests/benchmarks/vector_pairs.h"
 #include "tests/support/read_sliced.h"
 
 namespace {
@@ -25,30 +25,9 @@ double nanoseconds(const Run& run) {
   return 1e9 * median_seconds(run) / kPairs;
 }
 
-struct Pairs {
-  std::vector<glm::vec3> i;
-  std::vector<glm::vec3> v;
-};
-
-// Uniform in theta up to 80 degrees and in both azimuths, as held-back directions are.
-Pairs random_pairs() {
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> theta(0, radians_from_degrees(80));
-  std::uniform_real_distribution<double> phi(0, 2 * kPi);
-  const auto direction = [&] {
-    const double at = theta(random);
-    return glm::vec3(vector_from_direction({at, phi(random)}));
-  };
-  Pairs pairs;
-  for (std::size_t k = 0; k < kPairs; ++k) {
-    pairs.i.push_back(direction());
-    pairs.v.push_back(direction());
-  }
-  return pairs;
-}
-
 /// Largest difference from the same in long double, relative to the value or to a millionth of the largest.
-double largest_error(const VectorEvaluator& evaluator, const BasicEvaluator<long double>& exact, const Pairs& pairs) {
+double largest_error(const VectorEvaluator& evaluator, const BasicEvaluator<long double>& exact,
+                     const VectorPairs& pairs) {
   std::vector<float> values(evaluator.channel_count());
   std::vector<long double> expected(values.size());
   double most = 0;
@@ -65,7 +44,7 @@ double largest_error(const VectorEvaluator& evaluator, const BasicEvaluator<long
   return most;
 }
 
-bool measure(const char* path, const Pairs& pairs, const TrilinearTable<double>& table) {
+bool measure(const char* path, const VectorPairs& pairs, const TrilinearTable<double>& table) {
   const Result<DecodedSliced> given = read_sliced(path);
   if (!given) return false;
   const VectorEvaluator evaluator(given->sliced, given->lattice);
@@ -113,7 +92,7 @@ bool measure(const char* path, const Pairs& pairs, const TrilinearTable<double>&
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Pairs pairs = random_pairs();
+  const VectorPairs pairs = random_vector_pairs(kPairs);
   const TrilinearTable<double> table = make_yardstick();
   bool ok = argc > 1;
   for (int k = 1; k < argc; ++k) ok = measure(argv[k], pairs, table) && ok;

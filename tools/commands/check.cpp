@@ -301,7 +301,7 @@ int check_file(const CheckCommand& command, const std::string& file, bool first,
   const Stopwatch watch;
   const Result<CheckReport> report = check_with_bar(*opened->source, file, command.albedo);
   if (!report) return fail(report.error());
-  const SourceTraits& traits = opened->source->traits();
+  const SourceTraits traits = opened->source->reported_traits();
   if (command.json) {
     list.push_back(report_json(file, *report, traits, watch.seconds()));
   } else {

@@ -106,7 +106,7 @@ Result<Description> describe_sliced(const ByteSource& file, const MemoryLimit& l
 Result<Description> describe(const std::string& text, const Options& given) {
   const auto described = [](const Result<OpenedSource>& opened) -> Result<Description> {
     if (!opened) return opened.error();
-    const SourceTraits& traits = opened->source->traits();
+    const SourceTraits traits = opened->source->reported_traits();
     return Description{traits, describe(traits, opened->bytes)};
   };
   if (is_named(text) || file_in_name(text)) return described(open_source(text, given));

@@ -199,8 +199,9 @@ class SBRDF_API Material {
   /// whole [bytes]. An .sbrdf asks for its head and then for the chunks that `options.part` needs.
   static Result<Material> open(std::uint64_t size, ReadRange read, const OpenOptions& options = {});
 
+  /// The first call may look at a whole file, for its findings.
   [[nodiscard]] const Traits& traits() const;
-  [[nodiscard]] std::size_t channel_count() const { return traits().channels.size(); }
+  [[nodiscard]] std::size_t channel_count() const;
 
   /// How the file came to be, and its error: a JSON object, or empty where the format holds none.
   [[nodiscard]] const std::string& metadata() const;

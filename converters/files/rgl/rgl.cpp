@@ -15,6 +15,7 @@
 #include "converters/files/rgl/rgl_angles.h"
 #include "converters/files/rgl/rgl_spectral.h"
 #include "converters/files/rgl/rgl_tables.h"
+#include "converters/source/atan2_each.h"
 #include "formats/core/directions.h"
 #include "formats/rgl/rgl_material.h"
 #include "formats/rgl/tensor_file.h"
@@ -72,20 +73,69 @@ FoldedAzimuth fold(Coverage coverage, double first, double phi_i) {
   return {-within_half, -1};
 }
 
-/// Elevation of the half vector, and its azimuth from that of the light.
-struct HalfVector {
-  double theta = 0;
-  double phi = 0;
+/// What the tables are asked about.
+struct RglAngles {
+  double theta_i = 0;
+  double phi_i = 0;       ///< of the light; does not count for an isotropic material
+  double half_theta = 0;  ///< elevation of the half vector
+  double half_phi = 0;    ///< its azimuth from that of the light
+  double cos_theta_v = 0;
 };
 
-HalfVector half_vector(const DirectionPair& pair) {
-  const double difference = pair.v.phi - pair.i.phi;
+/// `pair` lies above the horizon. A light along the normal has no azimuth. The tables do depend on one there; atan2(0,
+/// 0) is the database's.
+RglAngles angles_of(const DirectionPair& pair) {
+  const double phi_i = pair.i.theta == 0 ? 0 : pair.i.phi;
+  const double difference = pair.v.phi - phi_i;
   const double sin_v = std::sin(pair.v.theta);
+  const double cos_v = std::cos(pair.v.theta);
   const double x = std::sin(pair.i.theta) + sin_v * std::cos(difference);
   const double y = sin_v * std::sin(difference);
-  const double z = std::cos(pair.i.theta) + std::cos(pair.v.theta);
-  return {std::atan2(std::sqrt(x * x + y * y), z), std::atan2(y, x)};
+  const double z = std::cos(pair.i.theta) + cos_v;
+  return {pair.i.theta, phi_i, std::atan2(std::sqrt(x * x + y * y), z), std::atan2(y, x), cos_v};
 }
+
+constexpr std::size_t kBlock = 16;  // pairs whose angles are worked out side by side
+
+/// The same of up to kBlock pairs of vectors of any length.
+class VectorAngles {
+ public:
+  explicit VectorAngles(bool isotropic) : per_pair_(isotropic ? 3 : 4) {}
+
+  void add(const glm::dvec3& w_i, const glm::dvec3& w_v) {
+    const double length_i = std::sqrt(w_i.x * w_i.x + w_i.y * w_i.y + w_i.z * w_i.z);
+    const double length_v = std::sqrt(w_v.x * w_v.x + w_v.y * w_v.y + w_v.z * w_v.z);
+    const glm::dvec3 h = length_v * w_i + length_i * w_v;
+    const double radius_i = std::sqrt(w_i.x * w_i.x + w_i.y * w_i.y);
+    // Turned by the azimuth of the light, which is 0 where it has none.
+    const double along = radius_i > 0 ? w_i.x : 1;
+    const double across = radius_i > 0 ? w_i.y : 0;
+    add(radius_i, w_i.z);
+    add(std::sqrt(h.x * h.x + h.y * h.y), h.z);
+    add(along * h.y - across * h.x, along * h.x + across * h.y);
+    if (per_pair_ == 4) add(across, along);
+    cos_theta_v_[pairs_++] = w_v.z / length_v;
+  }
+  void finish() { atan2_each(std::span(y_).first(size_), std::span(x_).first(size_), std::span(y_).first(size_)); }
+
+  [[nodiscard]] RglAngles operator[](std::size_t pair) const {
+    const double* own = y_.data() + per_pair_ * pair;
+    return {own[0], per_pair_ == 4 ? own[3] : 0, own[1], own[2], cos_theta_v_[pair]};
+  }
+
+ private:
+  void add(double y, double x) {
+    y_[size_] = y;
+    x_[size_++] = x;
+  }
+
+  std::size_t per_pair_;
+  std::size_t pairs_ = 0;
+  std::size_t size_ = 0;
+  std::array<double, 4 * kBlock> y_;
+  std::array<double, 4 * kBlock> x_;
+  std::array<double, kBlock> cos_theta_v_;
+};
 
 std::vector<std::string> names_of_wavelengths(std::span<const float> wavelengths) {
   std::vector<std::string> names;
@@ -96,29 +146,29 @@ std::vector<std::string> names_of_wavelengths(std::span<const float> wavelengths
 class RglSource final : public BrdfSource {
  public:
   /// `file` may be nullptr. `as_stored`: values are what it says.
-  RglSource(const RglMaterial& material, Coverage coverage, Negatives negatives, std::shared_ptr<const ByteSource> file,
+  RglSource(RglMaterial material, Coverage coverage, Negatives negatives, std::shared_ptr<const ByteSource> file,
             bool as_stored)
       : file_(std::move(file)),
         as_stored_(as_stored),
         coverage_(coverage),
         negatives_(negatives),
         jacobian_(material.jacobian),
-        phi_i_(material.phi_i),
-        theta_i_(material.theta_i),
-        sigma_(material.sigma_grid, material.sigma),
-        ndf_(material.ndf_grid, material.ndf),
+        phi_i_(std::move(material.phi_i)),
+        theta_i_(std::move(material.theta_i)),
+        sigma_(material.sigma_grid, std::move(material.sigma)),
+        ndf_(material.ndf_grid, std::move(material.ndf)),
         vndf_(material.vndf_grid, material.vndf),
         colours_(material.colour_grid, material.channel_count(), material.colours) {
     traits_.format = "rgl";
     traits_.description = material.description.empty() ? "RGL material" : material.description;
     traits_.channels = {"R", "G", "B"};
     if (material.spectral()) traits_.channels = names_of_wavelengths(material.wavelengths);
-    traits_.isotropic = material.isotropic();
+    traits_.isotropic = coverage == Coverage::kIsotropic;
     traits_.theta_max_deg = traits_.slice_theta_max_deg = kRglThetaMaxDeg;
     traits_.beyond_theta_max = "extrapolated towards a pole at the horizon";
     add_finding(material.spectral() ? "negative stored spectral values" : "negative stored rgb values",
                 material.negative_colour_count, material.colours.size());
-    add_finding("negative stored ndf values", material.negative_ndf_count, material.ndf.size());
+    add_finding("negative stored ndf values", material.negative_ndf_count, material.ndf_grid.cell_count());
   }
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
@@ -126,7 +176,32 @@ class RglSource final : public BrdfSource {
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override {
     const std::size_t channels = channel_count();
     assert(values.size() == pairs.size() * channels);
-    for (std::size_t i = 0; i < pairs.size(); ++i) evaluate_pair(pairs[i], values.subspan(i * channels, channels));
+    for (std::size_t k = 0; k < pairs.size(); ++k) evaluate_pair(pairs[k], values.subspan(k * channels, channels));
+  }
+
+  void evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                        std::span<float> values) const override {
+    const std::size_t channels = channel_count();
+    assert(w_i.size() == w_v.size() && values.size() == w_i.size() * channels);
+    const glm::dvec3 normal = {0, 0, 1};  // stands in for what is no direction
+    std::array<bool, kBlock> above;
+    for (std::size_t first = 0; first < w_i.size(); first += kBlock) {
+      const std::size_t count = std::min(kBlock, w_i.size() - first);
+      VectorAngles angles(traits_.isotropic);
+      for (std::size_t k = 0; k < count; ++k) {
+        above[k] = above_horizon(w_i[first + k]) && above_horizon(w_v[first + k]);
+        angles.add(above[k] ? glm::dvec3(w_i[first + k]) : normal, above[k] ? glm::dvec3(w_v[first + k]) : normal);
+      }
+      angles.finish();
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::span<float> own = values.subspan((first + k) * channels, channels);
+        if (above[k]) {
+          evaluate_at(angles[k], own);
+        } else {
+          std::ranges::fill(own, 0.0f);
+        }
+      }
+    }
   }
 
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override {
@@ -153,21 +228,23 @@ class RglSource final : public BrdfSource {
     if (count > 0) traits_.findings.push_back({std::move(what), count, total});
   }
 
-  void evaluate_pair(DirectionPair pair, std::span<float> values) const {
-    if (!above_horizon(pair)) {
+  void evaluate_pair(const DirectionPair& pair, std::span<float> values) const {
+    if (above_horizon(pair)) {
+      evaluate_at(angles_of(pair), values);
+    } else {
       std::ranges::fill(values, 0.0f);
-      return;
     }
-    // A light along the normal has no azimuth. The tables do depend on one there; atan2(0, 0) is the database's.
-    if (pair.i.theta == 0) pair.i.phi = 0;
-    const FoldedAzimuth light = fold(coverage_, phi_i_.front(), pair.i.phi);
-    const HalfVector half = half_vector(pair);
-    const RglPoint u_m = {unit_from_theta(half.theta), unit_from_phi(light.phi_i + light.sign * half.phi)};
-    const RglSlices slices = rgl_slices(phi_i_, theta_i_, light.phi_i, pair.i.theta);
-    double scale = 1 / std::max(std::cos(pair.v.theta), kRglMinCosine);
+  }
+
+  void evaluate_at(const RglAngles& angles, std::span<float> values) const {
+    const FoldedAzimuth light = fold(coverage_, phi_i_.front(), angles.phi_i);
+    const RglPoint u_m = {unit_from_theta(angles.half_theta),
+                          unit_from_phi(light.phi_i + light.sign * angles.half_phi)};
+    const RglSlices slices = rgl_slices(phi_i_, theta_i_, light.phi_i, angles.theta_i);
+    double scale = 1 / std::max(angles.cos_theta_v, kRglMinCosine);
     if (jacobian_) {
       // Dupuy & Jakob 2018: stored is the weight of a sample, f_r cos(theta_v) over the density ndf(m) / (4 sigma(i)).
-      const RglPoint u_i = {unit_from_theta(pair.i.theta), unit_from_phi(light.phi_i)};
+      const RglPoint u_i = {unit_from_theta(angles.theta_i), unit_from_phi(light.phi_i)};
       scale *= ndf_.at(u_m) / (4 * sigma_.at(u_i));
     }
     colours_.at(vndf_.invert(u_m, slices), slices, scale, values);
@@ -207,7 +284,7 @@ Result<std::unique_ptr<BrdfSource>> make_source(std::span<const std::byte> bytes
   }
   const bool as_stored = !reduce && negatives == Negatives::kKeep;
   return std::unique_ptr<BrdfSource>(
-      std::make_unique<RglSource>(*material, *coverage, negatives, std::move(file), as_stored));
+      std::make_unique<RglSource>(*std::move(material), *coverage, negatives, std::move(file), as_stored));
 }
 
 }  // namespace

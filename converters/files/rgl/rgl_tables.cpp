@@ -1,6 +1,7 @@
 #include "converters/files/rgl/rgl_tables.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,10 +29,18 @@ Position position_on_axis(std::span<const float> nodes, double value) {
   return {index, std::clamp((value - low) / (high - low), 0.0, 1.0)};
 }
 
-/// From the nearer end, so that what lies between two positive numbers never rounds to zero.
-double mix(double a, double b, double fraction) {
-  return fraction < 0.5 ? a + fraction * (b - a) : b - (1 - fraction) * (b - a);
-}
+/// How far it is from one of two numbers to the other, as it is seen from the nearer: so what lies between two positive
+/// ones never rounds to zero.
+class Way {
+ public:
+  explicit Way(double fraction) : near_first_(fraction < 0.5), part_(near_first_ ? fraction : fraction - 1) {}
+  [[nodiscard]] double operator()(double a, double b) const { return (near_first_ ? a : b) + part_ * (b - a); }
+
+ private:
+  bool near_first_;
+  double part_;
+};
+double mix(double a, double b, double fraction) { return Way(fraction)(a, b); }
 
 /// Integral of a linear function over the first part of an interval of width 1 with the values `a` and `b` at its ends.
 double integral_to(double fraction, double a, double b) { return fraction * (a + 0.5 * fraction * (b - a)); }
@@ -72,8 +81,7 @@ RglSlices rgl_slices(std::span<const float> phi_i, std::span<const float> theta_
   return slices;
 }
 
-RglTable::RglTable(const RglGrid& grid, std::span<const float> values)
-    : grid_(grid), values_(values.begin(), values.end()) {}
+RglTable::RglTable(const RglGrid& grid, std::vector<float> values) : grid_(grid), values_(std::move(values)) {}
 
 double RglTable::at(const RglPoint& u) const {
   const Position x = position_on_grid(u.x, grid_.x_count);
@@ -92,30 +100,44 @@ RglWarp::RglWarp(const RglGrid& grid, std::span<const float> density) : grid_(gr
   }
 }
 
+// A sum along a row waits for each addition before the next: rows go side by side, four at a time. The last of them may
+// be the same again.
 void RglWarp::add_slice(std::span<const float> density) {
-  const auto row_mass = [&](std::size_t y) {
-    const std::span<const float> row = density.subspan(y * grid_.x_count, grid_.x_count);
-    double mass = 0;
-    for (std::size_t x = 1; x < row.size(); ++x) mass += integral_to(1, row[x - 1], row[x]);
-    return mass;
-  };
-  double total = 0;
-  for (std::size_t y = 1; y < grid_.y_count; ++y) total += integral_to(1, row_mass(y - 1), row_mass(y));
-
-  double before_row = 0;
-  double mass_of_previous_row = 0;
-  for (std::size_t y = 0; y < grid_.y_count; ++y) {
-    double before = 0;
-    double previous = 0;
-    for (std::size_t x = 0; x < grid_.x_count; ++x) {
-      const double value = density[y * grid_.x_count + x] / total;
-      if (x > 0) before += integral_to(1, previous, value);
-      nodes_.push_back({static_cast<float>(value), static_cast<float>(before)});
-      previous = value;
+  constexpr std::size_t kRows = 4;
+  const auto row = [&](std::size_t y) { return std::min(y, grid_.y_count - 1) * grid_.x_count; };
+  std::vector<double> masses(grid_.y_count + kRows);
+  for (std::size_t y = 0; y < grid_.y_count; y += kRows) {
+    std::array<double, kRows> mass{};
+    const std::array<const float*, kRows> from = {density.data() + row(y), density.data() + row(y + 1),
+                                                  density.data() + row(y + 2), density.data() + row(y + 3)};
+    for (std::size_t x = 1; x < grid_.x_count; ++x) {
+      for (std::size_t r = 0; r < kRows; ++r) mass[r] += integral_to(1, from[r][x - 1], from[r][x]);
     }
-    if (y > 0) before_row += integral_to(1, mass_of_previous_row, before);
-    rows_.push_back({static_cast<float>(before), static_cast<float>(before_row)});
-    mass_of_previous_row = before;
+    std::copy(mass.begin(), mass.end(), masses.begin() + static_cast<std::ptrdiff_t>(y));
+  }
+  double total = 0;
+  for (std::size_t y = 1; y < grid_.y_count; ++y) total += integral_to(1, masses[y - 1], masses[y]);
+
+  const std::size_t first = nodes_.size();
+  nodes_.resize(first + density.size());
+  for (std::size_t y = 0; y < grid_.y_count; y += kRows) {
+    std::array<double, kRows> before{};
+    std::array<double, kRows> previous{};
+    const std::array<std::size_t, kRows> rows = {row(y), row(y + 1), row(y + 2), row(y + 3)};
+    for (std::size_t x = 0; x < grid_.x_count; ++x) {
+      for (std::size_t r = 0; r < kRows; ++r) {
+        const double value = density[rows[r] + x] / total;
+        if (x > 0) before[r] += integral_to(1, previous[r], value);
+        nodes_[first + rows[r] + x] = {static_cast<float>(value), static_cast<float>(before[r])};
+        previous[r] = value;
+      }
+    }
+    std::copy(before.begin(), before.end(), masses.begin() + static_cast<std::ptrdiff_t>(y));
+  }
+  double before_row = 0;
+  for (std::size_t y = 0; y < grid_.y_count; ++y) {
+    if (y > 0) before_row += integral_to(1, masses[y - 1], masses[y]);
+    rows_.push_back({static_cast<float>(masses[y]), static_cast<float>(before_row)});
   }
 }
 
@@ -203,11 +225,13 @@ RglCell rgl_cell(const RglGrid& grid, const RglPoint& u) {
 RglColours::RglColours(const RglGrid& grid, std::size_t channel_count, std::span<const float> values)
     : grid_(grid), channel_count_(channel_count), values_(values.size()) {
   const std::size_t cell_count = grid.cell_count();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t plane = i / cell_count;
-    const std::size_t slice = plane / channel_count_;
-    const std::size_t channel = plane % channel_count_;
-    values_[(slice * cell_count + i % cell_count) * channel_count_ + channel] = values[i];
+  const std::size_t slice_size = cell_count * channel_count_;
+  for (std::size_t slice = 0; slice < values.size(); slice += slice_size) {
+    for (std::size_t channel = 0; channel < channel_count_; ++channel) {
+      const float* plane = values.data() + slice + channel * cell_count;
+      float* target = values_.data() + slice + channel;
+      for (std::size_t cell = 0; cell < cell_count; ++cell) target[cell * channel_count_] = plane[cell];
+    }
   }
 }
 
@@ -217,13 +241,14 @@ void RglColours::at(const RglPoint& u, const RglSlices& slices, double scale, st
   const Position y = position_on_grid(u.y, grid_.y_count);
   const std::size_t first = (y.index * grid_.x_count + x.index) * channel_count_;
   const std::size_t row = grid_.x_count * channel_count_;
+  const Way along_x(x.fraction);
+  const Way along_y(y.fraction);
   for (std::size_t c = 0; c < channel_count_; ++c) {
     double sum = 0;
     for (std::size_t i = 0; i < slices.count; ++i) {
       const float* low = values_.data() + slices.index[i] * grid_.cell_count() * channel_count_ + first + c;
       const float* high = low + row;
-      sum += slices.weight[i] * mix(mix(low[0], low[channel_count_], x.fraction),
-                                    mix(high[0], high[channel_count_], x.fraction), y.fraction);
+      sum += slices.weight[i] * along_y(along_x(low[0], low[channel_count_]), along_x(high[0], high[channel_count_]));
     }
     values[c] = static_cast<float>(std::clamp(sum * scale, -largest, largest));
   }

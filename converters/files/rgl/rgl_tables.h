@@ -34,7 +34,7 @@ struct RglSlices {
 class RglTable {
  public:
   /// `values` are [y, x].
-  RglTable(const RglGrid& grid, std::span<const float> values);
+  RglTable(const RglGrid& grid, std::vector<float> values);
   [[nodiscard]] double at(const RglPoint& u) const;
 
  private:

@@ -127,13 +127,19 @@ SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string
 SlicedSource::SlicedSource(DecodedSliced decoded)
     : decoded_(std::move(decoded)),
       traits_(sliced_traits(decoded_.sliced.frame, decoded_.sliced.channels)),
-      evaluator_(decoded_.sliced, decoded_.lattice) {}
+      for_vectors_(decoded_.sliced, decoded_.lattice) {}
 
 void SlicedSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  std::call_once(angles_asked_, [&] { for_angles_.emplace(decoded_.sliced, decoded_.lattice); });
   const std::size_t channels = channel_count();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    evaluator_.evaluate(pairs[k], values.subspan(k * channels, channels));
+    for_angles_->evaluate(pairs[k], values.subspan(k * channels, channels));
   }
+}
+
+void SlicedSource::evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                                    std::span<float> values) const {
+  for_vectors_.evaluate(w_i, w_v, values);
 }
 
 void SlicedSource::measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const {
@@ -149,12 +155,14 @@ std::optional<MaskGrid> SlicedSource::mask_grid() const {
 }
 
 Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& options) {
-  const Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
+  Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> sliced = reader->load_all();
   if (!sliced) return sliced.error();
+  const std::string version = reader->version();
+  const double precision = reader->index().scale.bound();
   return std::unique_ptr<BrdfSource>(std::make_unique<SlicedSource>(
-      DecodedSliced{*std::move(sliced), reader->lattice(), reader->version(), reader->index().scale.bound()}));
+      DecodedSliced{*std::move(sliced), std::move(*reader).take_lattice(), version, precision}));
 }
 
 Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/lazy_evaluator.h"
 #include "codec/file/encoder.h"
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
@@ -15,13 +18,16 @@ namespace sbrdf::internal {
 /// What a sliced file is, as its index tells.
 [[nodiscard]] SourceTraits sliced_traits(const FrameSpec& frame, const std::vector<std::string>& channels);
 
-/// A sliced BRDF that can be evaluated. Reciprocal by construction.
+/// A sliced BRDF that can be evaluated. Reciprocal by construction. What evaluation needs is made when values are first
+/// asked for, from angles or from vectors.
 class SlicedSource final : public BrdfSource {
  public:
   explicit SlicedSource(DecodedSliced decoded);
 
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
+  void evaluate_vectors(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
+                        std::span<float> values) const override;
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
   [[nodiscard]] const DecodedSliced* sliced() const override { return &decoded_; }
@@ -29,7 +35,9 @@ class SlicedSource final : public BrdfSource {
  private:
   DecodedSliced decoded_;
   SourceTraits traits_;
-  Evaluator evaluator_;
+  mutable std::once_flag angles_asked_;
+  mutable std::optional<Evaluator> for_angles_;
+  LazyEvaluator for_vectors_;
 };
 
 /// Opens a sliced file (specs/sbrdf.md), all of it, within options.memory: the row of the format table. Keeps nothing

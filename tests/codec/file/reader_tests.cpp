@@ -250,6 +250,23 @@ TEST(SlicedReader, LoadsAllCellsAsTheWholeFile) {
   }
 }
 
+TEST(SlicedReader, GivesItsLatticeAwayAndWhatItLoadedStaysAsItIs) {
+  for (const Example& example : examples()) {
+    const MemorySource source(example.file);
+    SlicedReader reader = SlicedReader::open(source).value();
+    const Lattice expected = reader.lattice();
+    const PartialSliced part = reader.load(cells_in(expected, {0, 90}, {0, 90})).value();
+    const Lattice shared = std::move(reader).take_lattice();  // the part has it too: a copy
+    EXPECT_TRUE(part.covers({{0.2, 0}, {0.3, 1}}));
+    const Lattice alone = std::move(*SlicedReader::open(source)).take_lattice();
+    for (const Lattice* taken : {&shared, &alone}) {
+      EXPECT_EQ(taken->crossings, expected.crossings);
+      EXPECT_EQ(taken->corners, expected.corners);
+      EXPECT_EQ(taken->slices.size(), expected.slices.size());
+    }
+  }
+}
+
 TEST(SlicedReader, LoadsNoCellWhereNoneIsWanted) {
   const Example& example = examples().front();
   CountingSource counting(example.file);

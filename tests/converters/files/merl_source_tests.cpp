@@ -245,12 +245,12 @@ TEST(MerlSource, UsesCellsWithSomeNegativeChannelAsTheyAre) {
 
 TEST(MerlSource, ReportsMarksAndMixedCells) {
   MerlTable table = random_table({5, 4, 6});
-  EXPECT_TRUE(source_of(table)->traits().findings.empty());
+  EXPECT_TRUE(source_of(table)->findings().empty());
   mark(table, 0, 0, 0);
   mark(table, 4, 3, 5);
   value_of(table, 1, 2, 2, 2) = -1e-9;
   const auto source = source_of(table);
-  const auto& findings = source->traits().findings;
+  const auto& findings = source->findings();
   ASSERT_EQ(findings.size(), 3u);
   EXPECT_EQ(findings[0].count, 2u);
   EXPECT_EQ(findings[0].total, 120u);

@@ -72,7 +72,7 @@ std::vector<std::uint8_t> flags_at_centres(const BrdfSource& source, const MerlS
 }
 
 const Finding* finding(const BrdfSource& source, const std::string& what) {
-  for (const Finding& found : source.traits().findings) {
+  for (const Finding& found : source.findings()) {
     if (found.what.find(what) != std::string::npos) return &found;
   }
   return nullptr;
