@@ -21,7 +21,7 @@ class QuietReporter final : public benchmark::BenchmarkReporter {
   bool ReportContext(const Context& /*context*/) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      if (run.run_type != Run::RT_Iteration || run.iterations == 0) continue;
+      if (run.run_type != Run::RT_Iteration || run.iterations == 0 || run.error_occurred) continue;
       const auto index = static_cast<std::size_t>(std::stoul(run.run_name.function_name));
       const bool processor = works_[index].clock == Clock::kProcessor;
       const double seconds = processor ? run.cpu_accumulated_time : run.real_accumulated_time;
@@ -59,7 +59,9 @@ void set_up_once() {
 void time_work(const Work& work, benchmark::State& state) {
   for (auto _ : state) {
     const std::optional<double> seconds = work.run();
-    if (work.clock == Clock::kTold) state.SetIterationTime(seconds.value_or(0));
+    if (work.clock != Clock::kTold) continue;
+    if (!seconds) return state.SkipWithError("did not happen");  // as when the run is interrupted: it would never end
+    state.SetIterationTime(*seconds);
   }
 }
 

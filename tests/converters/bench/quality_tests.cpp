@@ -29,7 +29,7 @@ class ChangedContender final : public Contender {
   [[nodiscard]] bool is_reciprocal() const override { return true; }
   void evaluate(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
                 std::span<float> values) const override {
-    evaluate_vectors(source_, w_i, w_v, values);
+    source_.evaluate_vectors(w_i, w_v, values);
     for (std::size_t k = 0; k < values.size(); ++k) values[k] = change_(values[k], w_i.size(), k);
   }
 

@@ -30,6 +30,16 @@ TEST(BenchTiming, KeepsTheOrderOfTheWorksHoweverTheyAreMixed) {
   for (std::size_t k = 0; k < seconds.size(); ++k) EXPECT_EQ(seconds[k], 1.0 + static_cast<double>(k));
 }
 
+TEST(BenchTiming, GivesUpWorkThatTellsNothing) {
+  int calls = 0;
+  const std::array works = {
+      Work{[&]() -> std::optional<double> { return ++calls < 3 ? std::optional(1.0) : std::nullopt; }, Clock::kTold},
+      Work{[&]() -> std::optional<double> { return std::nullopt; }, Clock::kTold}};
+  const std::vector<double> seconds = median_seconds(works, {5, 10.0});
+  EXPECT_LT(calls, 20);
+  EXPECT_EQ(seconds, (std::vector<double>{0, 0}));
+}
+
 TEST(BenchTiming, TellsWorkFromTenTimesAsMuch) {
   const auto spin = [](int rounds) {
     return Work{[rounds]() -> std::optional<double> {
