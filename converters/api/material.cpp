@@ -5,6 +5,7 @@
 #include <mutex>
 #include <thread>
 
+#include "codec/evaluation/vector_evaluator.h"
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/importance/importance_table.h"
@@ -72,6 +73,8 @@ internal::Result<Bytes> map(const std::string& path) {
   return Bytes(*std::move(file));
 }
 
+constexpr double kPresampledTolerance = 5e-4;
+
 internal::Progress progress_of(const Progress& progress) { return {progress}; }
 
 }  // namespace
@@ -79,8 +82,9 @@ internal::Progress progress_of(const Progress& progress) { return {progress}; }
 struct [[gnu::visibility("hidden")]] Material::State {
   mutable Traits traits;  ///< findings come in when they are asked for
   std::string metadata;
-  std::unique_ptr<const internal::BrdfSource> source;  ///< of a whole material
+  std::shared_ptr<const internal::BrdfSource> source;  ///< of a whole material
   std::optional<internal::PartialSliced> part;         ///< of a part; then there is no source
+  std::optional<internal::VectorEvaluator> form;       ///< where it is not the source's own
   mutable std::once_flag findings_asked;
   mutable std::once_flag drawing_asked;
   mutable std::optional<internal::ImportanceTable> drawing;
@@ -89,7 +93,8 @@ struct [[gnu::visibility("hidden")]] Material::State {
   static Result<Material> open_model(const std::string& name, const OpenOptions& options);
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
-  static Material make_whole(std::unique_ptr<internal::BrdfSource> source);
+  static Material make_whole(std::shared_ptr<const internal::BrdfSource> source,
+                             std::optional<internal::VectorEvaluator> form = {});
 
   void evaluate(std::span<const internal::DirectionPair> pairs, std::span<float> values) const {
     if (source) return source->evaluate(pairs, values);
@@ -102,6 +107,7 @@ struct [[gnu::visibility("hidden")]] Material::State {
 
   /// On this thread.
   void evaluate_here(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v, std::span<float> values) const {
+    if (form) return form->evaluate(w_i, w_v, values);
     if (source) return source->evaluate_vectors(w_i, w_v, values);
     // A part has angles only.
     const std::size_t channels = traits.channels.size();
@@ -214,11 +220,13 @@ Result<Material> Material::State::open_whole(Bytes bytes, const OpenOptions& opt
   return make_whole(*std::move(source));
 }
 
-Material Material::State::make_whole(std::unique_ptr<internal::BrdfSource> source) {
+Material Material::State::make_whole(std::shared_ptr<const internal::BrdfSource> source,
+                                     std::optional<internal::VectorEvaluator> form) {
   auto state = std::make_shared<State>();
   state->traits = traits_of(source->traits());
   if (const internal::DecodedSliced* sliced = source->sliced()) state->metadata = sliced->sliced.metadata;
   state->source = std::move(source);
+  state->form = std::move(form);
   return Material(std::move(state));
 }
 
@@ -311,6 +319,19 @@ void Material::evaluate(std::span<const std::array<float, 3>> w_i, std::span<con
                         std::span<float> values) const {
   assert(w_i.size() == w_v.size());
   state_->evaluate_vectors(w_i, w_v, values);
+}
+
+Result<Material> Material::in_form(Form form) const {
+  const internal::DecodedSliced* slices = state_->source ? state_->source->sliced() : nullptr;
+  if (slices == nullptr) return Error{ErrorCode::kUnsupported, "only a whole sliced material has several forms", {}};
+  if (form == Form::kExact) return State::make_whole(state_->source);
+  const internal::VectorEvaluator exact(slices->sliced, slices->lattice);
+  if (form == Form::kPresampled) return State::make_whole(state_->source, exact.presampled(kPresampledTolerance));
+  if (!state_->traits.isotropic) {
+    return Error{
+        ErrorCode::kUnsupported, "the dense form of an anisotropic material would be too large to be fast", {}};
+  }
+  return State::make_whole(state_->source, exact.dense(slices->sliced, slices->lattice));
 }
 
 Sample Material::sample(const std::array<float, 3>& w_i, const std::array<float, 2>& u, std::span<float> values) const {

@@ -431,4 +431,59 @@ TEST_F(MaterialTest, DrawsTheSameOnManyThreads) {
 
 TEST_F(MaterialTest, TellsTheVersion) { EXPECT_STREQ(sbrdf::version(), SBRDF_VERSION); }
 
+// Values for vectors in another form, against those of the exact one; angles and files stay what they are.
+TEST_F(MaterialTest, HasOtherFormsForManyValues) {
+  std::ofstream(path("gloss.json"))
+      << R"({"name": "gloss", "k_d": [0.1, 0.05, 0.02], "lobes": [{"k_s": [0.1, 0.1, 0.1],)"
+         R"( "f_0": 0.2, "m_x": 0.3, "m_y": 0.3, "alpha": 0}]})";
+  const auto saved =
+      open(path("gloss.json")).save(path("gloss.sbrdf"), {{{"samples", "600"}, {"search-evaluations", "1"}}, {}});
+  ASSERT_TRUE(saved) << saved.error().message;
+  const Material exact = open(path("gloss.sbrdf"));
+  std::vector<std::array<float, 3>> w_i;
+  std::vector<std::array<float, 3>> w_v;
+  for (int k = 0; k < 500; ++k) {
+    const auto angle = static_cast<float>(k);
+    w_i.push_back({std::sin(angle), std::cos(angle), 0.3F + 0.01F * angle});
+    w_v.push_back({std::cos(3 * angle), std::sin(2 * angle), 0.2F + 0.004F * angle});
+  }
+  const std::size_t channels = exact.channel_count();
+  std::vector<float> expected(w_i.size() * channels);
+  std::vector<float> values(expected.size());
+  exact.evaluate(w_i, w_v, expected);
+  for (const sbrdf::Form form : {sbrdf::Form::kExact, sbrdf::Form::kPresampled, sbrdf::Form::kDense}) {
+    const auto other = exact.in_form(form);
+    ASSERT_TRUE(other) << other.error().message;
+    other->evaluate(w_i, w_v, values);
+    double sum = 0;
+    double most = 0;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const double error = std::abs(values[k] / static_cast<double>(expected[k]) - 1);
+      sum += error;
+      most = std::max(most, error);
+    }
+    EXPECT_EQ(most == 0, form == sbrdf::Form::kExact);
+    EXPECT_LT(most, form == sbrdf::Form::kPresampled ? 4 * 0.0005 : 0.2);
+    EXPECT_LT(sum / static_cast<double>(values.size()), 0.01);
+    std::vector<float> one(channels);
+    std::vector<float> exact_one(channels);
+    other->evaluate(pair_from_degrees(30, 0, 45, 180), one);
+    exact.evaluate(pair_from_degrees(30, 0, 45, 180), exact_one);
+    EXPECT_EQ(one, exact_one);
+    EXPECT_EQ(other->save_to_memory(".sbrdf")->bytes, bytes_of(path("gloss.sbrdf")));
+  }
+}
+
+TEST_F(MaterialTest, RefusesFormsOfWhatHasNone) {
+  const Material sliced = open(small_file("cloth.sbrdf"));
+  EXPECT_TRUE(sliced.in_form(sbrdf::Form::kPresampled));
+  const auto dense = sliced.in_form(sbrdf::Form::kDense);
+  ASSERT_FALSE(dense);
+  EXPECT_EQ(dense.error().code, ErrorCode::kUnsupported);
+  EXPECT_THAT(dense.error().message, testing::HasSubstr("anisotropic"));
+  const auto model = open("kurt:fabric112").in_form(sbrdf::Form::kExact);
+  ASSERT_FALSE(model);
+  EXPECT_EQ(model.error().code, ErrorCode::kUnsupported);
+}
+
 }  // namespace

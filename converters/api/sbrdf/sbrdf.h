@@ -180,6 +180,14 @@ struct Sample {
   float pdf = 0;
 };
 
+/// How a material that consists of slices is evaluated for vectors.
+enum class Form : std::uint8_t {
+  kExact,       ///< splines, as the file says
+  kPresampled,  ///< straight between close places: no slice is off by more than 0.0005 of its value; some times as
+                ///< large
+  kDense,  ///< one table of up to 8 MiB, isotropic materials only: fastest, some tenths of a percent off on average
+};
+
 /// A BRDF that can be evaluated, whatever it was read from. A handle: copies share what they hold. Immutable, so that
 /// one object serves any number of threads.
 class SBRDF_API Material {
@@ -219,6 +227,14 @@ class SBRDF_API Material {
   /// have the same length. For a whole .sbrdf this is the fastest way; values agree with those of angles to rounding.
   void evaluate(std::span<const std::array<float, 3>> w_i, std::span<const std::array<float, 3>> w_v,
                 std::span<float> values) const;
+
+  /// The same material in another form, which is made now, for those who ask for many values. `evaluate` for vectors
+  /// and `sample` use it; `evaluate` for angles, and what is saved, stay exact. How far the dense form of a material is
+  /// off, nothing bounds: `sbrdf bench` measures it.
+  ///
+  /// Errors: kUnsupported for what does not consist of slices, such as a Part, and for the dense form of an anisotropic
+  /// material.
+  [[nodiscard]] Result<Material> in_form(Form form) const;
 
   /// Draws a direction to the viewer about as densely as f_r cos theta_v is large, and evaluates there: the mean of
   /// `values * sample.w_v[2] / sample.pdf` over uniform `u` is the share of the light from `w_i` that is sent back.
