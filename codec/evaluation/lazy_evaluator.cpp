@@ -7,12 +7,16 @@ namespace {
 
 // A pair alone takes about a hundredth of what all slices take, so that waiting costs twice as much at most.
 constexpr std::size_t kAlone = 32;
+// But tables of so many numbers are not made again and again, in several threads maybe.
+constexpr std::size_t kMostAgain = std::size_t{1} << 20U;
 
 }  // namespace
 
 void LazyEvaluator::evaluate(std::span<const glm::vec3> w_i, std::span<const glm::vec3> w_v,
                              std::span<float> values) const {
   const VectorEvaluator* ready = ready_.load(std::memory_order_acquire);
+  const bool large = lattice_.crossings.size() * sliced_.channel_count() > kMostAgain;
+  if (ready == nullptr && large) ready = &whole();
   if (ready == nullptr && asked_.fetch_add(w_i.size(), std::memory_order_relaxed) + w_i.size() > kAlone)
     ready = &whole();
   if (ready != nullptr) return ready->evaluate(w_i, w_v, values);

@@ -331,6 +331,9 @@ Result<Material> Material::in_form(Form form) const {
     return Error{
         ErrorCode::kUnsupported, "the dense form of an anisotropic material would be too large to be fast", {}};
   }
+  if (slices->lattice.corners.size() * exact.channel_count() * sizeof(float) > internal::DenseLimits().most_bytes) {
+    return Error{ErrorCode::kUnsupported, "the dense form of this material would take more than 8 MiB", {}};
+  }
   return State::make_whole(state_->source, exact.dense(slices->sliced, slices->lattice));
 }
 

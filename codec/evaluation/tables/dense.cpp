@@ -54,11 +54,14 @@ std::vector<Coordinates> draw_places(const Lattice& lattice) {
   std::vector<Coordinates> places;
   while (places.size() < kDraws) {
     DirectionPair pair = {{theta_max * share(), 2 * kPi * share()}, {theta_max * share(), 2 * kPi * share()}};
-    if (places.size() % 2 == 1) {
+    // Where hardly any are above the horizon, or within a narrow frame, the uniform ones have to do.
+    for (int tries = 0; places.size() % 2 == 1 && tries < 16; ++tries) {
       const double root = share();
-      pair = pair_from_half_difference(
+      const DirectionPair about = pair_from_half_difference(
           {root * root * root * kPi / 2, 2 * kPi * share(), kPi / 2 * share(), kPi * share()});
-      if (pair.i.theta > theta_max || pair.v.theta > theta_max) continue;
+      if (about.i.theta > theta_max || about.v.theta > theta_max) continue;
+      pair = about;
+      break;
     }
     places.push_back(frame.coordinates(pair));
   }
@@ -162,6 +165,8 @@ SliceTables make_dense(const SliceTables& exact, const SlicedBrdf& sliced, const
   made.groups = exact.groups;
   Values values(exact, sliced);
   std::vector<double> v(exact.channels);
+  made.crossing_values.reserve(nodes[0].size() * nodes[1].size() * nodes[2].size() * nodes[3].size() * v.size() +
+                               SliceTables::kLanes);
   for (const double x3 : nodes[3]) {
     for (const double x2 : nodes[2]) {
       for (const double x1 : nodes[1]) {

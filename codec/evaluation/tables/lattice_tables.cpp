@@ -54,7 +54,11 @@ class LatticeTables::Maker {
     tables_.axial_stays = all_nodes[kAxial].size() < 2;
     for (std::uint32_t axis = 0; axis < kAxisCount; ++axis) {
       const std::vector<double>& nodes = all_nodes[axis];
-      tables_.last_turn[axis] = is_azimuth(axis) ? 0xFFFFFFFFU : polar_turn(nodes.back());
+      tables_.last_turn[axis] = polar_turn(std::min(nodes.back(), 90.0));
+      if (is_azimuth(axis)) {
+        const bool ends = nodes.size() > 1 && nodes.back() < longest_deg_;
+        tables_.last_turn[axis] = ends ? azimuth_turn(nodes.back(), longest_deg_) : 0xFFFFFFFFU;
+      }
       const TurnRule rule = turn_rule(tables_.frame, axis);
       tables_.turn_scale[axis] = rule.scale;
       tables_.turn_bias[axis] = rule.bias;

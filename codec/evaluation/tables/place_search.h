@@ -21,8 +21,8 @@ struct PlaceSearch {
   std::uint32_t bucket_shift = 0;  ///< log2 of the places in a bucket
 };
 
-/// Appends the buckets for places[first] and those after it, behind which kBeyond stands, so many for each of them or
-/// up to twice as many. Nobody looks beyond `last`.
+/// Appends the buckets for places[first] and those after it, behind which kBeyond stands: so many for each of them, or
+/// half as many at least. Nobody looks beyond `last`.
 inline PlaceSearch add_place_search(const std::vector<std::int32_t>& places, std::size_t first, std::int32_t last,
                                     std::size_t buckets_each, std::vector<PlaceBucket>& buckets) {
   PlaceSearch search;

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kBucketsForKnot = 1;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr double kMostSlope = 1e38;  // finite, so that it weighs nothing at a sample
 
 /// The period of the function along a slice [degrees]; 0 where it has none.
 double period_deg(const Slice& slice) {
@@ -165,7 +166,8 @@ class SliceTables::Maker {
       tables_.row_values.push_back(static_cast<float>(v));
     }
     for (const double m : slopes.subspan(row * channels_, channels_)) {
-      tables_.row_values.push_back(static_cast<float>(m * double{kWidthUnit} / places_per_degree));
+      const double slope = m * double{kWidthUnit} / places_per_degree;
+      tables_.row_values.push_back(static_cast<float>(std::clamp(slope, -kMostSlope, kMostSlope)));
     }
   }
 

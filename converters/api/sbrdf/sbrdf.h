@@ -232,8 +232,8 @@ class SBRDF_API Material {
   /// and `sample` use it; `evaluate` for angles, and what is saved, stay exact. How far the dense form of a material is
   /// off, nothing bounds: `sbrdf bench` measures it.
   ///
-  /// Errors: kUnsupported for what does not consist of slices, such as a Part, and for the dense form of an anisotropic
-  /// material.
+  /// Errors: kUnsupported for what does not consist of slices, such as a Part, and for the dense form of a material
+  /// that is anisotropic, or whose nodes alone take more than 8 MiB.
   [[nodiscard]] Result<Material> in_form(Form form) const;
 
   /// Draws a direction to the viewer about as densely as f_r cos theta_v is large, and evaluates there: the mean of

@@ -224,6 +224,32 @@ TEST(VectorEvaluator, PresampledIsNearTheExactForm) {
   }
 }
 
+// A narrow peak, where samples crowd, within a bucket: straight from end to end but for it.
+TEST(VectorEvaluator, PresampledKeepsNarrowPeaks) {
+  const FrameSpec spec = half_difference_frame({0, 11.72, 30, 80}, {0, 40, 80}, {0}, {0, 90},
+                                               {.isotropic = true, .mirror_x = true, .mirror_y = true});
+  const auto peak = [](const DirectionPair& pair, std::size_t) {
+    const double theta_h = degrees_from_radians(half_difference_from_pair(pair).theta_h);
+    return 0.1 + 5 * std::exp(-1000 * (theta_h - 11.72) * (theta_h - 11.72));
+  };
+  for (const DomainKind domain : {DomainKind::kLog, DomainKind::kLinear}) {
+    const auto [lattice, sliced] = sample_function(spec, 400, domain, peak);
+    const VectorEvaluator exact(sliced, lattice);
+    const VectorEvaluator presampled = exact.presampled(1e-3);
+    float value = 0;
+    float expected = 0;
+    double most = 0;
+    for (double theta_h = 0; theta_h <= 80; theta_h += 0.01) {
+      const Coordinates x = {0, 17, 20, theta_h};
+      exact.evaluate_at(x, std::span(&expected, 1));
+      presampled.evaluate_at(x, std::span(&value, 1));
+      ASSERT_NEAR(value, expected, 0.006 * expected) << theta_h;
+      most = std::max(most, double{value});
+    }
+    EXPECT_GT(most, 3);
+  }
+}
+
 TEST(VectorEvaluator, PresampledGivesTheSameBitsInAnyBatch) {
   const Vectors pairs = many_pairs(101);
   for (const Material& material : materials()) {
