@@ -73,8 +73,26 @@ class ElevationGeometry final : public FrameGeometry {
   }
 
   Coordinates coordinates(const DirectionPair& pair) const override {
-    return elevation_coordinates(degrees_from_radians(pair.i.theta), degrees_from_radians(pair.i.phi),
-                                 degrees_from_radians(pair.v.theta), degrees_from_radians(pair.v.phi));
+    double s = degrees_from_radians(pair.i.phi) + degrees_from_radians(pair.v.phi);
+    double u = degrees_from_radians(pair.i.phi) - degrees_from_radians(pair.v.phi);
+    double theta_i = degrees_from_radians(pair.i.theta);
+    double theta_v = degrees_from_radians(pair.v.theta);
+    // f(i,v) = f(v,i): one order for both, chosen without rounding so that both give the same bits.
+    if (theta_i > theta_v) {
+      std::swap(theta_i, theta_v);
+      u = -u;
+    } else if (theta_i == theta_v) {
+      u = std::abs(u);
+    }
+    // At the pole only phi_v = (s - u) / 2 matters; u = 0 is where its ring was measured.
+    if (theta_i == 0) {
+      s -= u;
+      u = 0;
+    }
+    const double turns = std::floor(u / 360);
+    u -= 360 * turns;
+    s = wrap(s - 360 * turns, 720);
+    return {s, u, theta_v, theta_i};
   }
 
   DirectionPair directions(const Coordinates& x, double /*theta_max_deg*/) const override {
@@ -121,27 +139,6 @@ std::string degrees_text(double degrees) {
 Error placement_error(const std::string& what) { return usage_error("placement: " + what); }
 
 }  // namespace
-
-Coordinates elevation_coordinates(double theta_i, double phi_i, double theta_v, double phi_v) {
-  double s = phi_i + phi_v;
-  double u = phi_i - phi_v;
-  // f(i,v) = f(v,i): one order for both, chosen without rounding so that both give the same bits.
-  if (theta_i > theta_v) {
-    std::swap(theta_i, theta_v);
-    u = -u;
-  } else if (theta_i == theta_v) {
-    u = std::abs(u);
-  }
-  // At the pole only phi_v = (s - u) / 2 matters; u = 0 is where its ring was measured.
-  if (theta_i == 0) {
-    s -= u;
-    u = 0;
-  }
-  const double turns = std::floor(u / 360);
-  u -= 360 * turns;
-  s = wrap(s - 360 * turns, 720);
-  return {s, u, theta_v, theta_i};
-}
 
 const FrameGeometry& elevation_geometry() {
   static const ElevationGeometry instance;

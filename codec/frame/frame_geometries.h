@@ -12,9 +12,6 @@ namespace sbrdf::internal {
 /// and (s + 720, u) are the same directions.
 [[nodiscard]] const FrameGeometry& elevation_geometry();
 
-/// Its coordinates of two directions, all in degrees.
-[[nodiscard]] Coordinates elevation_coordinates(double theta_i, double phi_i, double theta_v, double phi_v);
-
 /// Rusinkiewicz' angles (phi_h, phi_d, theta_d, theta_h). Reciprocity makes phi_d repeat every 180 degrees. Highlights
 /// lie along theta_h = 0, on an axis, whatever their direction.
 [[nodiscard]] const FrameGeometry& half_difference_geometry();

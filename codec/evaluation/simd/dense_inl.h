@@ -51,15 +51,10 @@ HWY_INLINE void evaluate_points(Dense /*form*/, const SliceTables& tables, const
       hn::Store(fold(d, sum, [](auto a, auto b) HWY_ATTR { return hn::Add(a, b); }), Channels(),
                 block.data() + k * kLanes);
     }
-    const SliceTables::Group& group = tables.groups[g];
-    if (count == 1) {
-      const Channels one;
-      hn::Store(inverse(one, group, tables.log, hn::Load(one, block.data())), one, block.data());
-    } else {
-      for (std::size_t k = 0; k < count * kLanes; k += hn::Lanes(d)) {
-        hn::Store(inverse(d, group, tables.log, hn::Load(d, block.data() + k)), d, block.data() + k);
-      }
-    }
+    finish_block(count, [&](auto lanes, std::size_t k) HWY_ATTR {
+      float* at = block.data() + k * kLanes;
+      hn::Store(inverse(lanes, tables.groups[g], tables.log, hn::Load(lanes, at)), lanes, at);
+    });
     spread_out(tables, block.data(), g, count, values);
   }
   take_off_shares(tables, count, values);

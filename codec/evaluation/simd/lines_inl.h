@@ -41,7 +41,7 @@ struct Lines {
   using Lanes = std::array<T, kMostLines + 16>;  // vectors are read from any lane on
 
   alignas(64) Lanes<std::uint32_t> number;  ///< in words of SliceTables::lines
-  alignas(64) Lanes<std::uint32_t> row;     ///< of the first knot, in SliceTables::row_values 
+  alignas(64) Lanes<std::uint32_t> row;     ///< of the first knot, in SliceTables::row_values
   alignas(64) Lanes<float> y_0;
   alignas(64) Lanes<float> y_1;
   alignas(64) Lanes<float> m_0;

@@ -17,7 +17,7 @@
 #include <hwy/highway.h>
 
 #include "codec/evaluation/tables/slice_tables.h"
-#include "codec/frame/frame_geometries.h"
+#include "formats/core/directions.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sbrdf::internal::HWY_NAMESPACE {
@@ -188,8 +188,9 @@ HWY_INLINE void elevation_arguments(D d, const Vectors& pairs, std::size_t k, Ar
   }
 }
 
-/// The coordinates of the elevation frame, as elevation_coordinates has them. `x` are turns of phi_i, phi_v, theta_v
-/// and theta_i, each 720 degrees a period or 90; lower and higher are the thetas that decide the order of the pair.
+/// The coordinates of the elevation frame, as FrameGeometry::coordinates has them. `x` are turns of phi_i, phi_v,
+/// theta_v and theta_i, each 720 degrees a period or 90; lower and higher are the thetas that decide the order of the
+/// pair.
 template <class DI>
 HWY_INLINE void order_elevation(DI di, std::array<hn::Vec<DI>, kAxisCount>& x) {
   const auto zero = hn::Zero(di);

@@ -390,6 +390,13 @@ HWY_INLINE void take_off_shares(const SliceTables& tables, std::size_t count, fl
   }
 }
 
+/// What is left to do for the points of a block from `k` on, as many at once as a vector holds; a single one by itself.
+template <class Finish>
+HWY_INLINE void finish_block(std::size_t count, const Finish& finish_from) {
+  if (count == 1) return finish_from(Channels(), 0);
+  for (std::size_t k = 0; k < count; k += kAtOnce) finish_from(Wide(), k);
+}
+
 /// The values of the first points of a block; `values` has a row for each.
 template <std::size_t D, class Form>
 HWY_INLINE void evaluate_points(Form form, const SliceTables& tables, const Spots& spots, std::size_t count,
@@ -401,12 +408,8 @@ HWY_INLINE void evaluate_points(Form form, const SliceTables& tables, const Spot
     Sums sums;
     alignas(64) std::array<float, kBlock * kLanes> block;
     for (std::size_t k = 0; k < count; ++k) add_sums<D>(form, tables, points[k], channel, k, sums);
-    if (count == 1) {
-      finish<D>(Channels(), tables, tables.groups[g], sums, 0, block.data());
-    } else {
-      for (std::size_t k = 0; k < count; k += kAtOnce)
-        finish<D>(Wide(), tables, tables.groups[g], sums, k, block.data());
-    }
+    finish_block(
+        count, [&](auto d, std::size_t k) HWY_ATTR { finish<D>(d, tables, tables.groups[g], sums, k, block.data()); });
     spread_out(tables, block.data(), g, count, values);
   }
   take_off_shares(tables, count, values);

@@ -4,20 +4,12 @@
 #include <cassert>
 #include <cmath>
 
-#include "codec/frame/frame_geometries.h"
-
 namespace sbrdf::internal {
 namespace {
 
 constexpr std::size_t kBucketsForCell = 8;
 
 bool is_azimuth(std::size_t axis) { return axis == kAxial || axis == kDiagonal; }
-
-std::uint32_t periods_log2(double longest_deg, double period_deg) {
-  const auto shift = static_cast<std::uint32_t>(std::lround(std::log2(longest_deg / period_deg)));
-  assert(std::abs(std::ldexp(period_deg, static_cast<int>(shift)) - longest_deg) < 1e-6);
-  return shift;
-}
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -25,6 +26,13 @@ inline constexpr float kWidthUnit = 8388608.0F;
 /// The longest period of an azimuth [degrees].
 [[nodiscard]] constexpr double longest_period_deg(FrameId frame) {
   return frame == FrameId::kElevation ? 720.0 : 360.0;
+}
+
+/// Log2 of how often a shorter period goes into the longest: all are halves of it, quarters, and so on.
+[[nodiscard]] inline std::uint32_t periods_log2(double longest_deg, double period_deg) {
+  const auto shift = static_cast<std::uint32_t>(std::lround(std::log2(longest_deg / period_deg)));
+  assert(std::abs(std::ldexp(period_deg, static_cast<int>(shift)) - longest_deg) < 1e-6);
+  return shift;
 }
 
 /// The turn of a polar angle in [0, 90] [degrees].

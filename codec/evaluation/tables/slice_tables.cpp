@@ -134,12 +134,7 @@ class SliceTables::Maker {
     const bool bounded = slice.boundary == Boundary::kBounded;
     const double places_per_degree = bounded ? kTurnsPerPolarDegree / 2 : 2147483648.0 / slice.length_deg;
     std::uint32_t shape = slice.boundary == Boundary::kMirrored ? kMirrored : 0;
-    if (!bounded) {
-      const double periods = longest_deg_ / period_deg(slice);
-      const auto turn_shift = static_cast<std::uint32_t>(std::lround(std::log2(periods)));
-      assert(std::abs(std::ldexp(1.0, static_cast<int>(turn_shift)) - periods) < 1e-6);
-      shape |= turn_shift << kTurnShift;
-    }
+    if (!bounded) shape |= periods_log2(longest_deg_, period_deg(slice)) << kTurnShift;
     const std::size_t first = tables_.places.size();
     for (std::size_t k = 0; k < positions.size(); ++k) {
       const double position = positions[k];
