@@ -80,20 +80,21 @@ void Reconstruction::for_each_weight(const Cell& cell, std::size_t left_out, con
   }
 }
 
-void Reconstruction::add_sum_in_cell(const Cell& cell, const Coordinates& x, double factor) {
+void Reconstruction::add_sum_in_cell(const Cell& cell, const Coordinates& x, double factor, Rows& rows) const {
   const double corners = 1 - static_cast<double>(moving_.size());
   for_each_weight(cell, kAxisCount, [&](const LatticePoint& point, double weight) {
-    add_corner(index_at(point, lattice_.corner_strides), factor * corners * weight);
+    add_corner(index_at(point, lattice_.corner_strides), factor * corners * weight, rows);
   });
   for (const std::size_t axis : moving_) {
     for_each_weight(cell, axis, [&](LatticePoint point, double weight) {
       point[axis] = 0;
-      add_line(lattice_.lines[axis][index_at(point, lattice_.line_strides[axis])], x[axis], factor * weight);
+      add_line(lattice_.lines[axis][index_at(point, lattice_.line_strides[axis])], x[axis], factor * weight, rows);
     });
   }
 }
 
-void Reconstruction::add_sum_on_ring(const PoleRing& ring, const Cell& cell, const Coordinates& x, double factor) {
+void Reconstruction::add_sum_on_ring(const PoleRing& ring, const Cell& cell, const Coordinates& x, double factor,
+                                     Rows& rows) const {
   const double position = ring.position_deg(x);
   const std::size_t before = ring.node_before(position);
   const PoleRing::Node* nodes = ring.nodes.data() + before;
@@ -105,22 +106,22 @@ void Reconstruction::add_sum_on_ring(const PoleRing& ring, const Cell& cell, con
     const std::uint32_t at = cell.index[ring.along] + p;
     for (std::uint32_t r = 0; r < 2; ++r) {
       add_corner(nodes[r].corner + at * lattice_.corner_strides[ring.along],
-                 -factor * ring_weights[r] * polar_weights[p]);
+                 -factor * ring_weights[r] * polar_weights[p], rows);
     }
     add_line(lattice_.lines[ring_axis][at * lattice_.line_strides[ring_axis][ring.along]], position,
-             factor * polar_weights[p]);
-    add_line(lattice_.lines[ring.along][nodes[p].line], x[ring.along], factor * ring_weights[p]);
+             factor * polar_weights[p], rows);
+    add_line(lattice_.lines[ring.along][nodes[p].line], x[ring.along], factor * ring_weights[p], rows);
   }
 }
 
-void Reconstruction::add_corner(std::uint32_t corner, double factor) {
-  if (factor != 0) corner_terms_.push_back({lattice_.corners[corner], static_cast<float>(factor)});
+void Reconstruction::add_corner(std::uint32_t corner, double factor, Rows& rows) const {
+  if (factor != 0) rows.corners.push_back({lattice_.corners[corner], static_cast<float>(factor)});
 }
 
-void Reconstruction::add_line(const LineReference& line, double x, double factor) {
+void Reconstruction::add_line(const LineReference& line, double x, double factor, Rows& rows) const {
   if (factor == 0) return;
   if (line.is_constant()) {
-    corner_terms_.push_back({line.crossing(), static_cast<float>(factor)});
+    rows.corners.push_back({line.crossing(), static_cast<float>(factor)});
     return;
   }
   const Slice& slice = lattice_.slices[line.target];
@@ -136,14 +137,33 @@ void Reconstruction::add_line(const LineReference& line, double x, double factor
   const double s = 1 - t;
   const double bow = -factor * s * t * width * width / 6;
   const std::uint32_t first = first_knot_[line.target];
-  line_terms_.push_back({first + static_cast<std::uint32_t>(knot), first + static_cast<std::uint32_t>(next),
-                         static_cast<float>(factor * s), static_cast<float>(factor * t),
-                         static_cast<float>(bow * (1 + s)), static_cast<float>(bow * (1 + t))});
+  rows.lines.push_back({first + static_cast<std::uint32_t>(knot), first + static_cast<std::uint32_t>(next),
+                        static_cast<float>(factor * s), static_cast<float>(factor * t),
+                        static_cast<float>(bow * (1 + s)), static_cast<float>(bow * (1 + t))});
 }
 
-void Reconstruction::add_row(const Coordinates& x) {
+void Reconstruction::set_rows(std::span<const Coordinates> places) {
+  row_count_ = places.size();
+  blocks_.assign((row_count_ + kBlock - 1) / kBlock, {});
+  parallel_for(blocks_.size(), [&](std::size_t block) {
+    const std::size_t first = block * kBlock;
+    for (const Coordinates& x : places.subspan(first, std::min(kBlock, row_count_ - first))) add_row(x, blocks_[block]);
+  });
+}
+
+template <class Visit>
+void Reconstruction::for_rows(std::size_t first, std::size_t end, const Visit& visit) const {
+  for (std::size_t row = first; row < end; ++row) {
+    const Rows& rows = blocks_[row / kBlock];
+    const std::size_t k = row % kBlock;
+    visit(row, std::span(rows.lines).subspan(rows.line_ends[k], rows.line_ends[k + 1] - rows.line_ends[k]),
+          std::span(rows.corners).subspan(rows.corner_ends[k], rows.corner_ends[k + 1] - rows.corner_ends[k]));
+  }
+}
+
+void Reconstruction::add_row(const Coordinates& x, Rows& rows) const {
   const Cell cell = cell_at(x);
-  add_sum_in_cell(cell, x, 1);
+  add_sum_in_cell(cell, x, 1, rows);
   for (const PoleRing& ring : rings_) {
     const std::size_t axis = ring.merging.polar_axis;
     if (cell.index[axis] != 0) continue;
@@ -152,11 +172,11 @@ void Reconstruction::add_row(const Coordinates& x) {
     on_face.fraction[axis] = 0;
     Coordinates at_face = x;
     at_face[axis] = 0;
-    add_sum_in_cell(on_face, at_face, -share);
-    add_sum_on_ring(ring, cell, x, share);
+    add_sum_in_cell(on_face, at_face, -share, rows);
+    add_sum_on_ring(ring, cell, x, share, rows);
   }
-  line_ends_.push_back(line_terms_.size());
-  corner_ends_.push_back(corner_terms_.size());
+  rows.line_ends.push_back(static_cast<std::uint32_t>(rows.lines.size()));
+  rows.corner_ends.push_back(static_cast<std::uint32_t>(rows.corners.size()));
 }
 
 template <std::size_t N>
@@ -186,21 +206,19 @@ void Reconstruction::apply(std::span<const double> values, std::span<double> row
   std::vector<double> seconds;
   splines<N>(values, knots, seconds);
   parallel_blocks(row_count(), kBlock, [&](std::size_t first, std::size_t size) {
-    for (std::size_t row = first; row < first + size; ++row) {
+    for_rows(first, first + size, [&](std::size_t row, auto lines, auto corners) {
       std::array<double, N> sum{};
-      for (std::size_t k = line_ends_[row]; k < line_ends_[row + 1]; ++k) {
-        const LineTerm& term = line_terms_[k];
+      for (const LineTerm& term : lines) {
         for (std::size_t c = 0; c < N; ++c) {
           sum[c] += term.value0 * knots[term.knot * N + c] + term.value1 * knots[term.next * N + c] +
                     term.second0 * seconds[term.knot * N + c] + term.second1 * seconds[term.next * N + c];
         }
       }
-      for (std::size_t k = corner_ends_[row]; k < corner_ends_[row + 1]; ++k) {
-        for (std::size_t c = 0; c < N; ++c)
-          sum[c] += corner_terms_[k].factor * values[corner_terms_[k].crossing * N + c];
+      for (const CornerTerm& term : corners) {
+        for (std::size_t c = 0; c < N; ++c) sum[c] += term.factor * values[term.crossing * N + c];
       }
       std::copy_n(sum.data(), N, rows.data() + row * N);
-    }
+    });
   });
 }
 
@@ -216,10 +234,9 @@ void Reconstruction::apply_transposed(std::span<const double> rows, std::span<do
     part.knots.assign(unknowns_.size() * N, 0);
     part.seconds.assign(unknowns_.size() * N, 0);
     part.crossings.assign(crossing_count * N, 0);
-    for (std::size_t row = row_count() * p / kParts; row < row_count() * (p + 1) / kParts; ++row) {
+    for_rows(row_count() * p / kParts, row_count() * (p + 1) / kParts, [&](std::size_t row, auto lines, auto corners) {
       const double* from = rows.data() + row * N;
-      for (std::size_t k = line_ends_[row]; k < line_ends_[row + 1]; ++k) {
-        const LineTerm& term = line_terms_[k];
+      for (const LineTerm& term : lines) {
         for (std::size_t c = 0; c < N; ++c) {
           part.knots[term.knot * N + c] += term.value0 * from[c];
           part.knots[term.next * N + c] += term.value1 * from[c];
@@ -227,11 +244,10 @@ void Reconstruction::apply_transposed(std::span<const double> rows, std::span<do
           part.seconds[term.next * N + c] += term.second1 * from[c];
         }
       }
-      for (std::size_t k = corner_ends_[row]; k < corner_ends_[row + 1]; ++k) {
-        for (std::size_t c = 0; c < N; ++c)
-          part.crossings[corner_terms_[k].crossing * N + c] += corner_terms_[k].factor * from[c];
+      for (const CornerTerm& term : corners) {
+        for (std::size_t c = 0; c < N; ++c) part.crossings[term.crossing * N + c] += term.factor * from[c];
       }
-    }
+    });
   });
   Part& all = parts[0];
   for (std::size_t p = 1; p < kParts; ++p) {
@@ -259,15 +275,14 @@ void Reconstruction::apply_transposed(std::span<const double> rows, std::span<do
 
 template <std::size_t N>
 void Reconstruction::add_squares(std::span<const double> weights, std::span<double> diagonal) const {
-  for (std::size_t row = 0; row < row_count(); ++row) {
-    for (std::size_t k = line_ends_[row]; k < line_ends_[row + 1]; ++k) {
-      const LineTerm& term = line_terms_[k];
+  for_rows(0, row_count(), [&](std::size_t row, auto lines, auto /*corners*/) {
+    for (const LineTerm& term : lines) {
       for (std::size_t c = 0; c < N; ++c) {
         diagonal[unknowns_[term.knot] * N + c] += weights[row * N + c] * term.value0 * term.value0;
         diagonal[unknowns_[term.next] * N + c] += weights[row * N + c] * term.value1 * term.value1;
       }
     }
-  }
+  });
 }
 
 template void Reconstruction::apply<1>(std::span<const double>, std::span<double>) const;

@@ -23,14 +23,14 @@ class Reconstruction {
   Reconstruction(const SlicedBrdf& sliced, const Lattice& lattice, std::span<const SliceSamples> slices);
 
   [[nodiscard]] std::size_t unknown_count() const { return unknown_count_; }
-  [[nodiscard]] std::size_t row_count() const { return line_ends_.size() - 1; }
+  [[nodiscard]] std::size_t row_count() const { return row_count_; }
   /// The unknown at sample `sample` of slice `slice`.
   [[nodiscard]] std::uint32_t unknown_at(std::size_t slice, std::size_t sample) const {
     return unknowns_[first_knot_[slice] + sample];
   }
 
-  /// One more row: the value at frame coordinates.
-  void add_row(const Coordinates& x);
+  /// Row k: the value at frame coordinates places[k].
+  void set_rows(std::span<const Coordinates> places);
 
   /// N channels of each row from N channels of each unknown, channel fastest.
   template <std::size_t N>
@@ -54,6 +54,13 @@ class Reconstruction {
     std::uint32_t crossing = 0;
     float factor = 0;
   };
+  /// Rows that one task makes: their terms, row by row.
+  struct Rows {
+    std::vector<LineTerm> lines;
+    std::vector<CornerTerm> corners;
+    std::vector<std::uint32_t> line_ends = {0};  ///< terms of row k: from entry k to entry k + 1
+    std::vector<std::uint32_t> corner_ends = {0};
+  };
   /// The cell that holds a place, and the place in it; on an axis of one node both are 0.
   struct Cell {
     LatticePoint index{};
@@ -61,10 +68,14 @@ class Reconstruction {
   };
 
   [[nodiscard]] Cell cell_at(const Coordinates& x) const;
-  void add_sum_in_cell(const Cell& cell, const Coordinates& x, double factor);
-  void add_sum_on_ring(const PoleRing& ring, const Cell& cell, const Coordinates& x, double factor);
-  void add_corner(std::uint32_t corner, double factor);
-  void add_line(const LineReference& line, double x, double factor);
+  void add_row(const Coordinates& x, Rows& rows) const;
+  void add_sum_in_cell(const Cell& cell, const Coordinates& x, double factor, Rows& rows) const;
+  void add_sum_on_ring(const PoleRing& ring, const Cell& cell, const Coordinates& x, double factor, Rows& rows) const;
+  void add_corner(std::uint32_t corner, double factor, Rows& rows) const;
+  void add_line(const LineReference& line, double x, double factor, Rows& rows) const;
+  /// Calls `visit(row, line terms, corner terms)` for rows [first, end).
+  template <class Visit>
+  void for_rows(std::size_t first, std::size_t end, const Visit& visit) const;
   template <class Visit>
   void for_each_weight(const Cell& cell, std::size_t left_out, const Visit& visit) const;
   template <std::size_t N>
@@ -78,10 +89,8 @@ class Reconstruction {
   std::vector<std::uint32_t> first_knot_;      ///< of each slice, in unknowns_
   std::vector<std::uint32_t> unknowns_;        ///< of each sample of each slice
   std::vector<std::vector<double>> matrices_;  ///< of each slice: second derivatives from values, row by row
-  std::vector<LineTerm> line_terms_;
-  std::vector<CornerTerm> corner_terms_;
-  std::vector<std::size_t> line_ends_ = {0};  ///< terms of row k: from entry k to entry k + 1
-  std::vector<std::size_t> corner_ends_ = {0};
+  std::size_t row_count_ = 0;
+  std::vector<Rows> blocks_;  ///< kBlock rows each, the last one fewer
 };
 
 }  // namespace sbrdf::internal

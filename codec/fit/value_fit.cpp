@@ -7,6 +7,7 @@
 
 #include "codec/fit/reconstruction.h"
 #include "codec/material/value_map.h"
+#include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kPrior = 0.01;   // how much a sample holds to its own value, b
 constexpr double kShared = 0.1;   // part of the mean sample's hold that each has at least
 constexpr double kSmall = 0.2;    // of the mean residual: smaller ones are not told apart
 constexpr double kLargest = 1.0;  // residuals beyond say nothing about how far off f is
+
+constexpr std::size_t kBlock = 1024;  // directions that one task looks at
 
 constexpr std::size_t kFewestDirections = 6'000;
 constexpr std::size_t kMostDirections = 60'000;
@@ -177,12 +180,13 @@ Problem make_problem(const SlicedBrdf& sliced, const Lattice& lattice, std::span
   std::vector<float> stored = directions.values;
   sliced.grey_shares.add(stored);
   problem.wanted.resize(stored.size());
-  for (std::size_t row = 0; row < directions.pairs.size(); ++row) {
-    const Coordinates x = frame.coordinates(directions.pairs[row]);
-    map.add_row(x);
-    values.forward(x, std::span(stored).subspan(row * channels, channels),
+  std::vector<Coordinates> rows(directions.pairs.size());
+  for_all(rows.size(), kBlock, [&](std::size_t row) {
+    rows[row] = frame.coordinates(directions.pairs[row]);
+    values.forward(rows[row], std::span(stored).subspan(row * channels, channels),
                    std::span(problem.wanted).subspan(row * channels, channels));
-  }
+  });
+  map.set_rows(rows);
   problem.gains = gains_of(sliced, directions, stored, judge(Evaluator(sliced, lattice), directions), objective);
   problem.places.resize(map.unknown_count());
   problem.start.resize(map.unknown_count() * channels);
@@ -226,12 +230,11 @@ SlicedBrdf fit_values(const SlicedBrdf& sliced, const Lattice& lattice, const He
   for (; channel < channels; ++channel) add_change.template operator()<1>(channel);
 
   const ValueMap<double> values(sliced, lattice);
-  std::vector<float> fitted;
-  for (std::size_t k = 0; k < map.unknown_count(); ++k) {
+  for_all(map.unknown_count(), kBlock, [&](std::size_t k) {
     const auto row = std::span(problem.start).subspan(k * channels, channels);
     for (std::size_t c = 0; c < channels; ++c) values.inverse(problem.places[k], c, row.subspan(c, 1));
-    fitted.insert(fitted.end(), row.begin(), row.end());
-  }
+  });
+  const std::vector<float> fitted(problem.start.begin(), problem.start.end());
   SlicedBrdf result = sliced;
   std::copy_n(fitted.begin(), result.crossing_values.size(), result.crossing_values.begin());
   for (std::size_t slice = 0; slice < slices.size(); ++slice) {

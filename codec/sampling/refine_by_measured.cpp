@@ -13,7 +13,7 @@ class RefineByMeasured final : public Sampler {
 
  private:
   Status start() override {
-    for (std::uint32_t k = 0; k < slices_.size(); ++k) weigh(k);
+    for_all(slices_.size(), kSlicesPerTask, [&](std::size_t k) { weigh(static_cast<std::uint32_t>(k)); });
     return ok_status();
   }
 
@@ -26,12 +26,12 @@ class RefineByMeasured final : public Sampler {
   }
 
   Status measure_middles(std::span<const Candidate> chosen, std::vector<float>& values) override {
-    std::vector<DirectionPair> pairs;
-    for (const Candidate& candidate : chosen) {
-      const Slice& slice = lattice_.slices[candidate.slice];
-      const Gap gap = gap_after(lattice_, slice, slices_[candidate.slice].samples, candidate.left);
-      pairs.push_back(directions_at(lattice_.spec, coordinates_on(slice, gap.middle_deg)));
-    }
+    std::vector<DirectionPair> pairs(chosen.size());
+    for_all(chosen.size(), kPairsPerTask, [&](std::size_t k) {
+      const Slice& slice = lattice_.slices[chosen[k].slice];
+      const Gap gap = gap_after(lattice_, slice, slices_[chosen[k].slice].samples, chosen[k].left);
+      pairs[k] = directions_at(lattice_.spec, coordinates_on(slice, gap.middle_deg));
+    });
     values.resize(pairs.size() * channels_);
     return measure_(pairs, values);
   }

@@ -36,27 +36,32 @@ class RefineBySource final : public Sampler {
     for (std::size_t c = 0; c < channels_ && sliced_.domain.kind == DomainKind::kLog; ++c) {
       floors_.push_back(sliced_.domain.floor(c));
     }
-    std::vector<Coordinates> places;
+    std::vector<std::size_t> first_rows = {0};  // of each slice, and one more: the end
     for (std::uint32_t k = 0; k < slices_.size(); ++k) {
-      volume_.push_back(volume_served(lattice_.slices[k]));
-      map_.forward(lattice_.slices[k], slices_[k].samples, slices_[k].mapped);
-      const std::size_t count = gap_count(lattice_.slices[k], slices_[k].samples);
-      for (std::size_t gap = 0; gap < count; ++gap) {
-        for (std::size_t probe = 0; probe < kProbes; ++probe) places.push_back(probe_at(k, gap, probe));
-      }
+      first_rows.push_back(first_rows.back() + gap_count(lattice_.slices[k], slices_[k].samples) * kProbes);
     }
+    std::vector<Coordinates> places(first_rows.back());
+    volume_.resize(slices_.size());
     judged_.resize(slices_.size());
+    for_all(slices_.size(), kSlicesPerTask, [&](std::size_t number) {
+      const auto k = static_cast<std::uint32_t>(number);
+      volume_[k] = volume_served(lattice_.slices[k]);
+      map_.forward(lattice_.slices[k], slices_[k].samples, slices_[k].mapped);
+      for (std::size_t row = first_rows[k]; row < first_rows[k + 1]; ++row) {
+        const std::size_t probe = row - first_rows[k];
+        places[row] = probe_at(k, probe / kProbes, probe % kProbes);
+      }
+    });
     std::vector<float> values;
     Rows judged;
     if (Status status = look(places, values, judged); !status) return status;
-    std::size_t row = 0;
-    for (std::uint32_t k = 0; k < slices_.size(); ++k) {
-      const std::size_t rows = gap_count(lattice_.slices[k], slices_[k].samples) * kProbes;
-      append_rows<float>(values, channels_, row, rows, slices_[k].probes);
-      append_rows<double>(judged, 2 * channels_, row, rows, judged_[k]);
-      row += rows;
+    for_all(slices_.size(), kSlicesPerTask, [&](std::size_t number) {
+      const auto k = static_cast<std::uint32_t>(number);
+      const std::size_t rows = first_rows[k + 1] - first_rows[k];
+      append_rows<float>(values, channels_, first_rows[k], rows, slices_[k].probes);
+      append_rows<double>(judged, 2 * channels_, first_rows[k], rows, judged_[k]);
       weigh(k);
-    }
+    });
     return ok_status();
   }
 
@@ -75,12 +80,14 @@ class RefineBySource final : public Sampler {
   }
 
   Status refresh(std::span<const Candidate> chosen) override {
-    std::vector<Coordinates> places;
-    for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t) {
+    constexpr std::size_t kProbesOfHalves = 2 * kFresh.size();
+    std::vector<Coordinates> places(chosen.size() * kProbesOfHalves);
+    for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t first) {
+      std::size_t row = first * kProbesOfHalves;
       for (std::size_t k = 0; k < run.size(); ++k) {
         const std::size_t left = run[k].left + k;  // each half made before moved it up by one
         for (const std::size_t half : {left, left + 1}) {
-          for (const std::size_t probe : kFresh) places.push_back(probe_at(run[k].slice, half, probe));
+          for (const std::size_t probe : kFresh) places[row++] = probe_at(run[k].slice, half, probe);
         }
       }
     });
@@ -89,7 +96,7 @@ class RefineBySource final : public Sampler {
     if (Status status = look(places, values, judged); !status) return status;
     for_each_slice(chosen, [&](std::span<const Candidate> run, std::size_t first) {
       const std::uint32_t k = run.front().slice;
-      const std::size_t row = first * 2 * kFresh.size();
+      const std::size_t row = first * kProbesOfHalves;
       add_middles(run);
       split_probes<float>(run, values, channels_, row, slices_[k].probes);
       split_probes<double>(run, judged, 2 * channels_, row, judged_[k]);
@@ -101,16 +108,16 @@ class RefineBySource final : public Sampler {
   // The source at some places, and what is kept of it.
   Status look(std::span<const Coordinates> places, std::vector<float>& values, Rows& judged) {
     std::vector<DirectionPair> pairs(places.size());
-    for (std::size_t k = 0; k < places.size(); ++k) pairs[k] = directions_at(lattice_.spec, places[k]);
+    for_all(places.size(), kPairsPerTask, [&](std::size_t k) { pairs[k] = directions_at(lattice_.spec, places[k]); });
     values.resize(pairs.size() * channels_);
     if (Status status = measure_(pairs, values); !status) return status;
     judged.resize(2 * values.size());
-    for (std::size_t k = 0; k < places.size(); ++k) {
+    for_all(places.size(), kPairsPerTask, [&](std::size_t k) {
       const auto f = std::span<const float>(values).subspan(k * channels_, channels_);
       const auto row = std::span(judged).subspan(2 * k * channels_, 2 * channels_);
       map_.forward(places[k], f, row.first(channels_));
       for (std::size_t c = 0; c < channels_; ++c) row[channels_ + c] = value_weight(c, f[c]);
-    }
+    });
     return ok_status();
   }
 
@@ -174,10 +181,11 @@ class RefineBySource final : public Sampler {
   void weigh(std::uint32_t k) {
     Working& working = slices_[k];
     const Slice& slice = lattice_.slices[k];
-    second_.resize(working.mapped.size());
+    SplineSolver<double> solver;
+    Rows second(working.mapped.size());
     for (std::size_t c = 0; c < channels_; ++c) {
-      solver_.solve(slice.boundary, slice.length_deg, working.samples.positions_deg, working.mapped.data() + c,
-                    second_.data() + c, channels_);
+      solver.solve(slice.boundary, slice.length_deg, working.samples.positions_deg, working.mapped.data() + c,
+                   second.data() + c, channels_);
     }
     const std::size_t n = working.samples.size();
     working.weights.assign(gap_count(slice, working.samples), -1);
@@ -185,11 +193,12 @@ class RefineBySource final : public Sampler {
       const Gap gap = gap_after(lattice_, slice, working.samples, left);
       if (!may_split(slice, gap)) continue;
       working.weights[left] =
-          error_in_gap(k, left, left + 1 < n ? left + 1 : 0, gap.width_deg) * gap.width_deg * volume_[k];
+          error_in_gap(k, left, left + 1 < n ? left + 1 : 0, gap.width_deg, second) * gap.width_deg * volume_[k];
     }
   }
 
-  [[nodiscard]] double error_in_gap(std::uint32_t k, std::size_t left, std::size_t right, double width) const {
+  [[nodiscard]] double error_in_gap(std::uint32_t k, std::size_t left, std::size_t right, double width,
+                                    const Rows& second) const {
     const std::vector<double>& mapped = slices_[k].mapped;
     double sum = 0;
     for (std::size_t p = 0; p < kProbes; ++p) {
@@ -198,7 +207,7 @@ class RefineBySource final : public Sampler {
       for (std::size_t c = 0; c < channels_; ++c) {
         const double spline =
             evaluate_segment(t, width * width / 6, mapped[left * channels_ + c], mapped[right * channels_ + c],
-                             second_[left * channels_ + c], second_[right * channels_ + c]);
+                             second[left * channels_ + c], second[right * channels_ + c]);
         sum += std::abs(spline - judged[c]) * judged[channels_ + c];
       }
     }
@@ -236,8 +245,6 @@ class RefineBySource final : public Sampler {
   std::vector<double> floors_;  ///< of the log domain, per channel
   std::vector<double> volume_;  ///< per slice
   std::vector<Rows> judged_;    ///< per slice: a row for each probe, of v and of weights
-  std::vector<double> second_;
-  SplineSolver<double> solver_;
 };
 
 }  // namespace

@@ -57,8 +57,9 @@ bool Sampler::may_split(const Slice& slice, const Gap& gap) const {
 }
 
 Status Sampler::measure_crossings() {
-  std::vector<DirectionPair> pairs;
-  for (const Coordinates& x : lattice_.crossings) pairs.push_back(directions_at(lattice_.spec, x));
+  std::vector<DirectionPair> pairs(lattice_.crossings.size());
+  for_all(pairs.size(), kPairsPerTask,
+          [&](std::size_t k) { pairs[k] = directions_at(lattice_.spec, lattice_.crossings[k]); });
   sliced_.crossing_values.resize(pairs.size() * channels_);
   return measure_(pairs, sliced_.crossing_values);
 }

@@ -9,6 +9,7 @@
 #include "codec/material/slice_samples.h"
 #include "codec/material/value_map.h"
 #include "codec/sampling/adaptive_sampling.h"
+#include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
 
@@ -30,15 +31,24 @@ struct Working {
   std::vector<float> probes;    ///< kBySource: f_r at some places within each gap, gap by gap, channel fastest
 };
 
-/// Calls `visit(run, first)` for the candidates of each slice, which come together; `first` is the index of the first.
+/// So many slices or directions are a task for a thread: fewer take no longer than handing them out.
+constexpr std::size_t kSlicesPerTask = 16;
+constexpr std::size_t kPairsPerTask = 256;
+
+/// Calls `visit(run, first)` for the candidates of each slice, which come together, on all cores; `first` is the index
+/// of the first.
 template <class Visit>
 void for_each_slice(std::span<const Candidate> chosen, const Visit& visit) {
-  for (std::size_t first = 0; first < chosen.size();) {
-    std::size_t end = first + 1;
-    while (end < chosen.size() && chosen[end].slice == chosen[first].slice) ++end;
-    visit(chosen.subspan(first, end - first), first);
-    first = end;
+  std::vector<std::size_t> starts;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    if (k == 0 || chosen[k].slice != chosen[k - 1].slice) starts.push_back(k);
   }
+  parallel_blocks(starts.size(), kSlicesPerTask, [&](std::size_t begin, std::size_t size) {
+    for (std::size_t run = begin; run < begin + size; ++run) {
+      const std::size_t end = run + 1 < starts.size() ? starts[run + 1] : chosen.size();
+      visit(chosen.subspan(starts[run], end - starts[run]), starts[run]);
+    }
+  });
 }
 
 /// Rounds that halve the heaviest gaps of all slices. What a gap weighs is the derived class' affair.

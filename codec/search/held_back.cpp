@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "codec/search/random_pairs.h"
+#include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -21,6 +22,7 @@ constexpr std::size_t kSeenPerKept = 4;
 // since they are not, the third keeps pairs near all highlights, however faint.
 constexpr double kByValue = 0.4;
 constexpr double kByWeight = 0.3;
+constexpr std::size_t kBlock = 1024;  // pairs that one task makes or asks for
 
 void keep(const std::vector<std::uint8_t>& flags, std::size_t channel_count, HeldBack& held_back) {
   std::size_t kept = 0;
@@ -37,6 +39,26 @@ void keep(const std::vector<std::uint8_t>& flags, std::size_t channel_count, Hel
   held_back.pairs.resize(kept);
   held_back.weights.resize(kept);
   if (!held_back.values.empty()) held_back.values.resize(kept * channel_count);
+}
+
+// Before any is thinned out, without values.
+HeldBack draw_pairs(const HeldBackDraw& draw, std::mt19937_64& random) {
+  const HighlightDraw highlights(draw.theta_max_deg);
+  std::vector<HighlightDraw::Numbers> numbers(kSeenPerKept * draw.count);
+  for (HighlightDraw::Numbers& each : numbers) each = HighlightDraw::draw_numbers(random);
+  HeldBack drawn;
+  drawn.pairs.resize(numbers.size());
+  drawn.weights.resize(numbers.size());
+  for_all(numbers.size(), kBlock, [&](std::size_t k) {
+    WeightedPair weighted = highlights(numbers[k]);
+    if (draw.isotropic) {
+      weighted.pair.i.phi -= weighted.pair.v.phi;
+      weighted.pair.v.phi = 0;
+    }
+    drawn.pairs[k] = weighted.pair;
+    drawn.weights[k] = weighted.weight;
+  });
+  return drawn;
 }
 
 void keep_measured(const HeldBackDraw& draw, HeldBack& held_back) {
@@ -95,17 +117,7 @@ void normalise(HeldBack& held_back) {
 
 Result<HeldBack> draw_held_back(const HeldBackDraw& draw, std::size_t channel_count, const Measure& measure) {
   std::mt19937_64 random(draw.seed);
-  const HighlightDraw highlights(draw.theta_max_deg);
-  HeldBack held_back;
-  for (std::size_t k = 0; k < kSeenPerKept * draw.count; ++k) {
-    WeightedPair drawn = highlights(random);
-    if (draw.isotropic) {
-      drawn.pair.i.phi -= drawn.pair.v.phi;
-      drawn.pair.v.phi = 0;
-    }
-    held_back.pairs.push_back(drawn.pair);
-    held_back.weights.push_back(drawn.weight);
-  }
+  HeldBack held_back = draw_pairs(draw, random);
   keep_measured(draw, held_back);
   held_back.values.resize(held_back.pairs.size() * channel_count);
   if (Status status = measure(held_back.pairs, held_back.values); !status) return status.error();
@@ -138,13 +150,16 @@ double mre_floor(const HeldBack& held_back) {
   return 0.01 * total / static_cast<double>(channels);
 }
 
-HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
+std::vector<float> evaluate(const Evaluator& evaluator, std::span<const DirectionPair> pairs) {
   const std::size_t channels = evaluator.channel_count();
-  std::vector<float> values(held_back.pairs.size() * channels);
-  for (std::size_t k = 0; k < held_back.pairs.size(); ++k) {
-    evaluator.evaluate(held_back.pairs[k], std::span(values).subspan(k * channels, channels));
-  }
-  return judge(values, held_back);
+  std::vector<float> values(pairs.size() * channels);
+  for_all(pairs.size(), kBlock,
+          [&](std::size_t k) { evaluator.evaluate(pairs[k], std::span(values).subspan(k * channels, channels)); });
+  return values;
+}
+
+HeldBackError judge(const Evaluator& evaluator, const HeldBack& held_back) {
+  return judge(evaluate(evaluator, held_back.pairs), held_back);
 }
 
 HeldBackError judge(std::span<const float> values, const HeldBack& held_back) {

@@ -46,10 +46,16 @@ double HighlightDraw::weight(double theta_i_deg, double theta_v_deg, double turn
   return 1 / density;
 }
 
-WeightedPair HighlightDraw::operator()(std::mt19937_64& random) const {
-  const double choice = draw_uniform(random, 1);
-  const double theta_i = draw_uniform(random, theta_max_deg_);
-  const double phi_i = draw_uniform(random, 360);
+HighlightDraw::Numbers HighlightDraw::draw_numbers(std::mt19937_64& random) {
+  Numbers numbers;
+  for (double& number : numbers) number = draw_uniform(random, 1);
+  return numbers;
+}
+
+WeightedPair HighlightDraw::operator()(const Numbers& numbers) const {
+  const double choice = numbers[0];
+  const double theta_i = numbers[1] * theta_max_deg_;
+  const double phi_i = numbers[2] * 360;
   Box from = {0, theta_max_deg_};
   double most_deg = 180;
   if (choice >= kUniformShare) {
@@ -58,8 +64,8 @@ WeightedPair HighlightDraw::operator()(std::mt19937_64& random) const {
     from = box(scale, theta_i);
     most_deg = phi_deg(scale, std::tan(radians_from_degrees(theta_i)));
   }
-  const double theta_v = from.theta_low_deg + draw_uniform(random, from.theta_high_deg - from.theta_low_deg);
-  const double turn = most_deg * (draw_uniform(random, 2) - 1);
+  const double theta_v = from.theta_low_deg + numbers[3] * (from.theta_high_deg - from.theta_low_deg);
+  const double turn = most_deg * (2 * numbers[4] - 1);
   return {{direction_from_degrees(theta_i, phi_i), direction_from_degrees(theta_v, wrap(phi_i + 180 + turn, 360))},
           weight(theta_i, theta_v, turn)};
 }

@@ -35,7 +35,12 @@ class HighlightDraw {
 
   explicit HighlightDraw(double theta_max_deg);
 
-  [[nodiscard]] WeightedPair operator()(std::mt19937_64& random) const;
+  /// What a pair is made of, in [0, 1): drawn in one thread, so that pairs can be made in many.
+  using Numbers = std::array<double, 5>;
+  [[nodiscard]] static Numbers draw_numbers(std::mt19937_64& random);
+  [[nodiscard]] WeightedPair operator()(const Numbers& numbers) const;
+
+  [[nodiscard]] WeightedPair operator()(std::mt19937_64& random) const { return (*this)(draw_numbers(random)); }
 
  private:
   struct Box {

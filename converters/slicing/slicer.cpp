@@ -57,20 +57,8 @@ std::uint64_t measurements_for(const SamplingOptions& sampling) {
   return sampling.sample_count * (sampling.refinement == Refinement::kBySource ? 4 : 1);
 }
 
-// On all cores, channel fastest.
-std::vector<float> evaluate(const Evaluator& evaluator, const HeldBack& held_back) {
-  const std::size_t channels = evaluator.channel_count();
-  std::vector<float> values(held_back.pairs.size() * channels);
-  parallel_blocks(held_back.pairs.size(), kBlock, [&](std::size_t first, std::size_t size) {
-    for (std::size_t k = first; k < first + size; ++k) {
-      evaluator.evaluate(held_back.pairs[k], std::span(values).subspan(k * channels, channels));
-    }
-  });
-  return values;
-}
-
 HeldBackError error_of(const SlicedBrdf& sliced, const Lattice& lattice, const HeldBack& held_back) {
-  return judge(evaluate(Evaluator(sliced, lattice), held_back), held_back);
+  return judge(Evaluator(sliced, lattice), held_back);
 }
 
 // Of what a file of that precision gives back.
@@ -290,7 +278,7 @@ std::vector<float> Slicer::finish(Slicing& slicing) const {
         static_cast<std::uint64_t>(std::count_if(values.begin(), values.end(), [](float v) { return v < 0; }));
   }
   report.reciprocity_difference_percent = reciprocity_difference_percent_;
-  const std::vector<float> values = evaluate(Evaluator(slicing.sliced, slicing.lattice), report_);
+  const std::vector<float> values = evaluate(Evaluator(slicing.sliced, slicing.lattice), report_.pairs);
   report.error = judge(values, report_);
   report.error_directions = report_.pairs.size();
   report.error_values_all_zero = all_zero(report_);

@@ -38,6 +38,14 @@ void parallel_blocks(std::size_t count, std::size_t block, const Task& task) {
 #endif
 }
 
+/// Calls `task(k)` once for each k in [0, count), in parts of about `block`.
+template <class Task>
+void for_all(std::size_t count, std::size_t block, const Task& task) {
+  parallel_blocks(count, block, [&](std::size_t first, std::size_t size) {
+    for (std::size_t k = first; k < first + size; ++k) task(k);
+  });
+}
+
 /// Calls `work()`, in which at most `count` threads take part, the caller's included: for a machine that has room for
 /// no more. With 1, no thread is ever asked for.
 template <class Work>
