@@ -1,0 +1,123 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "codec/frame/lattice.h"
+#include "codec/material/sliced_brdf.h"
+
+namespace sbrdf::internal {
+
+// A sliced BRDF as one 2-D texture, for evaluation in shaders (specs/atlas.md).
+//
+// Slices along each axis lie in a table of their own, sampled so densely that straight lines between texels will do.
+// Between slices the lattice's nodes are neighbouring rows, so that the hardware's bilinear filter works along a slice
+// and across one more axis at once; what remains are two explicit axes (one for isotropic materials).
+//
+// One axis has the primary table: the slices' values in the value domain, guide and all. The tables of the other axes
+// hold by how much a slice is off the straight line between its crossings. The four-slice sum is then
+//
+//   v = primary + sum of the differences
+//
+// without corners of its own, and texel errors of the small differences hardly count.
+
+/// How the places of one axis become texels. Nodes are those of the padded lattice, as far as symmetries do not repeat
+/// them; one single node: the coordinate does not matter.
+struct AtlasAxis {
+  std::vector<double> nodes_deg;
+  /// Of each node, the texel of slices along this axis that it is: from 0 on, in the last entry the last texel.
+  std::vector<std::uint32_t> texels;
+  /// Between the first two nodes texels are equally far apart in the root of the coordinate: highlights lie there.
+  bool root_spacing = false;
+
+  [[nodiscard]] bool moves() const { return nodes_deg.size() > 1; }
+  [[nodiscard]] std::uint32_t texel_count() const { return texels.empty() ? 1 : texels.back() + 1; }
+};
+
+/// The slices along one axis. A tile holds those of all nodes of the axis `across` one below the other, one texel row
+/// each; there is a tile for each pair of nodes of the explicit axes, row by row from (x, y) on.
+struct AtlasTable {
+  std::size_t along = 0;
+  std::optional<std::size_t> across;
+  std::vector<std::size_t> between;  ///< the explicit axes, one or two, rising
+  /// In the elevation frame theta_i is not above theta_v: of the tiles (theta_v node j, theta_i node i) only those with
+  /// i <= j + 1 are there, j (j + 3) / 2 + i.
+  bool triangular = false;
+  std::uint32_t x = 0, y = 0;
+  std::uint32_t tile_width = 0, tile_height = 0;  ///< [texels], padding included
+  std::uint32_t tiles_per_row = 1;
+  std::uint32_t tile_count = 0;
+};
+
+/// Where two azimuths become one (see PoleRing): the values there, in one tile. Rows are the texels of slices along the
+/// other polar axis; the ring has `ring_texels` texels and the first one again.
+struct AtlasRing {
+  std::uint32_t x = 0, y = 0;
+  std::uint32_t ring_texels = 0;
+  double period_deg = 360;
+};
+
+/// Where each thing lies. All of it follows from the axes and the frame.
+struct AtlasLayout {
+  FrameId frame = FrameId::kElevation;
+  Symmetries symmetries;
+  double theta_max_deg = 90;
+  std::array<AtlasAxis, kAxisCount> axes;
+  std::vector<AtlasTable> tables;  ///< the primary first
+  std::optional<AtlasRing> ring;
+  std::uint32_t width = 0, height = 0;  ///< multiples of 4
+};
+
+/// What brings values back from the value domain, per channel.
+struct AtlasDomain {
+  bool log = true;
+  std::array<float, 3> reference{}, floor{}, at_floor{}, at_zero{};
+  std::array<float, 3> least{}, most{};  ///< f_r is kept between these
+  std::array<float, 3> grey_shares{};
+  float grey_divisor = 0;  ///< 0 where there are no shares
+};
+
+/// v = offset + scale x texel, for one table (or the ring), per channel.
+struct AtlasScale {
+  std::array<float, 3> offset{};
+  std::array<float, 3> scale{1, 1, 1};
+};
+
+/// Texels are RGB, row by row from the top.
+struct Atlas {
+  AtlasLayout layout;
+  AtlasDomain domain;
+  std::vector<AtlasScale> scales;  ///< of each table, and of the ring behind them
+  std::vector<float> texels;       ///< width x height x 3
+};
+
+/// The frame coordinates that an atlas is asked for: symmetries of the material bring them among its nodes.
+[[nodiscard]] Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x);
+
+/// The cell of an axis that holds a coordinate (which is kept among the nodes), how far in it lies, and where on the
+/// texels of the axis.
+struct AtlasPlace {
+  std::size_t cell = 0;
+  double fraction = 0;
+  double texel = 0;
+};
+[[nodiscard]] AtlasPlace place_on(const AtlasAxis& axis, double x_deg);
+
+/// The number of the tile between nodes `first` and `second` of the explicit axes (`second` is 0 where there is one).
+[[nodiscard]] std::uint32_t tile_number(const AtlasLayout& layout, const AtlasTable& table, std::size_t first,
+                                        std::size_t second);
+
+/// The polar axes whose node 0 is a ring, with the sign of the other azimuth there; none without a ring.
+struct AtlasPole {
+  std::size_t polar_axis = kVertical;
+  std::size_t along = kHorizontal;
+  std::size_t ring_axis = kAxial;
+  double sign = 1;
+};
+[[nodiscard]] std::vector<AtlasPole> poles(const AtlasLayout& layout);
+
+}  // namespace sbrdf::internal

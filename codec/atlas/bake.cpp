@@ -1,0 +1,302 @@
+#include "codec/atlas/bake.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "codec/evaluation/vector_evaluator.h"
+#include "codec/material/value_domain.h"
+#include "codec/material/value_map.h"
+#include "formats/core/parallel.h"
+
+namespace sbrdf::internal {
+namespace {
+
+constexpr std::size_t kChannels = 3;
+constexpr std::size_t kLinesLookedAt = 200;  // of each axis, when its texels are chosen
+constexpr std::uint32_t kFinest = 128;       // steps that a cell is looked at in
+
+using Value = std::array<double, kChannels>;
+
+/// The material in the value domain, guide and all, at frame coordinates.
+class Values {
+ public:
+  Values(const SlicedBrdf& sliced, const Lattice& lattice)
+      : evaluator_(sliced, lattice), shares_(sliced.grey_shares), channels_(sliced.channel_count()) {
+    for (std::size_t c = 0; c < channels_; ++c) maps_.emplace_back(sliced.domain, c);
+  }
+
+  [[nodiscard]] Value at(const Coordinates& x) const {
+    std::array<float, kChannels> f{};
+    const auto row = std::span(f).first(channels_);
+    evaluator_.evaluate_at(x, row);
+    shares_.add(row);
+    Value v;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const std::size_t from = std::min(c, channels_ - 1);
+      v[c] = maps_[from].forward(static_cast<double>(f[from]));
+    }
+    return v;
+  }
+
+ private:
+  VectorEvaluator evaluator_;
+  GreyShares shares_;
+  std::size_t channels_;
+  std::vector<DomainMap<double>> maps_;
+};
+
+/// The part of the nodes that symmetries do not repeat.
+std::vector<double> folded_nodes(const FrameSpec& spec, std::size_t axis, const std::vector<double>& nodes) {
+  const Symmetries& symmetries = spec.symmetries;
+  const bool half = spec.id == FrameId::kHalfDifference;
+  double end = 1e9;
+  if (symmetries.isotropic) {
+    if (axis == kDiagonal && (symmetries.mirror_x || symmetries.mirror_y)) end = half ? 90 : 180;
+  } else if (half && axis == kAxial && symmetries.mirror_x) {
+    end = symmetries.mirror_y ? 90 : 180;
+  }
+  std::vector<double> kept;
+  for (const double node : nodes) {
+    if (node <= end + 1e-9) kept.push_back(node);
+  }
+  return kept;
+}
+
+/// The coordinate at `t` in [0, 1] of the texels of a cell.
+double coordinate_in(const AtlasAxis& axis, std::size_t cell, double t) {
+  const double low = axis.nodes_deg[cell];
+  return low + (axis.root_spacing && cell == 0 ? t * t : t) * (axis.nodes_deg[cell + 1] - low);
+}
+
+/// Chooses how many texels each cell of an axis gets.
+class TexelChoice {
+ public:
+  TexelChoice(const Values& values, const AtlasLayout& layout, const BakeOptions& options)
+      : values_(values), layout_(layout), options_(options) {}
+
+  void choose(std::size_t along, AtlasAxis& axis) const {
+    const std::vector<Coordinates> lines = some_lines(along);
+    const std::size_t cells = axis.nodes_deg.size() - 1;
+    std::vector<std::uint32_t> steps(cells);
+    parallel_for(cells, [&](std::uint64_t cell) { steps[cell] = steps_for(along, axis, cell, lines); });
+    axis.texels.assign(1, 0);
+    for (const std::uint32_t count : steps) axis.texels.push_back(axis.texels.back() + count);
+  }
+
+ private:
+  [[nodiscard]] std::vector<Coordinates> some_lines(std::size_t along) const {
+    std::mt19937 random(23);
+    std::vector<Coordinates> lines(kLinesLookedAt);
+    for (Coordinates& x : lines) {
+      for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const std::vector<double>& nodes = layout_.axes[axis].nodes_deg;
+        x[axis] = axis == along ? 0 : nodes[random() % nodes.size()];
+      }
+    }
+    return lines;
+  }
+
+  [[nodiscard]] std::uint32_t steps_for(std::size_t along, const AtlasAxis& axis, std::size_t cell,
+                                        const std::vector<Coordinates>& lines) const {
+    std::vector<Value> values(lines.size() * (kFinest + 1));
+    for (std::size_t k = 0; k < lines.size(); ++k) {
+      Coordinates x = lines[k];
+      for (std::uint32_t s = 0; s <= kFinest; ++s) {
+        x[along] = coordinate_in(axis, cell, static_cast<double>(s) / kFinest);
+        values[k * (kFinest + 1) + s] = values_.at(x);
+      }
+    }
+    std::uint32_t steps = 1;
+    while (steps < std::min(kFinest, options_.most_texels_per_cell) && error_with(values, steps) > options_.tolerance) {
+      steps *= 2;
+    }
+    return steps;
+  }
+
+  // Root of the mean square over lines, places and channels.
+  [[nodiscard]] static double error_with(const std::vector<Value>& values, std::uint32_t steps) {
+    const std::uint32_t stride = kFinest / steps;
+    double sum = 0;
+    for (std::size_t first = 0; first < values.size(); first += kFinest + 1) {
+      for (std::uint32_t s = 0; s < kFinest; ++s) {
+        const Value& low = values[first + s / stride * stride];
+        const Value& high = values[first + (s / stride + 1) * stride];
+        const double t = static_cast<double>(s % stride) / stride;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+          const double error = low[c] + t * (high[c] - low[c]) - values[first + s][c];
+          sum += error * error;
+        }
+      }
+    }
+    return std::sqrt(sum / static_cast<double>(values.size() * kChannels));
+  }
+
+  const Values& values_;
+  const AtlasLayout& layout_;
+  const BakeOptions& options_;
+};
+
+/// Fills the texels.
+class Filling {
+ public:
+  Filling(const Values& values, Atlas& atlas) : values_(values), atlas_(atlas) {}
+
+  void fill() {
+    const AtlasLayout& layout = atlas_.layout;
+    atlas_.texels.assign(std::size_t{layout.width} * layout.height * kChannels, 0);
+    atlas_.scales.assign(layout.tables.size() + (layout.ring ? 1 : 0), {});
+    for (std::size_t k = 0; k < layout.tables.size(); ++k) fill_table(layout.tables[k], k == 0);
+    if (layout.ring) fill_ring(*layout.ring);
+  }
+
+ private:
+  void fill_table(const AtlasTable& table, bool primary) {
+    const AtlasLayout& layout = atlas_.layout;
+    const std::size_t second_count =
+        table.between.size() > 1 ? layout.axes[table.between[1]].nodes_deg.size() : std::size_t{1};
+    const std::size_t first_count =
+        table.between.empty() ? std::size_t{1} : layout.axes[table.between[0]].nodes_deg.size();
+    parallel_for(first_count * second_count, [&](std::uint64_t number) {
+      const std::size_t first = number / second_count;
+      const std::size_t second = number % second_count;
+      if (table.triangular && second > first + 1) return;
+      Coordinates x{};
+      if (!table.between.empty()) x[table.between[0]] = layout.axes[table.between[0]].nodes_deg[first];
+      if (table.between.size() > 1) x[table.between[1]] = layout.axes[table.between[1]].nodes_deg[second];
+      fill_tile(table, tile_number(layout, table, first, second), x, primary);
+    });
+  }
+
+  void fill_tile(const AtlasTable& table, std::uint32_t tile, Coordinates x, bool primary) {
+    const AtlasAxis& along = atlas_.layout.axes[table.along];
+    const std::uint32_t left = table.x + tile % table.tiles_per_row * table.tile_width;
+    const std::uint32_t top = table.y + tile / table.tiles_per_row * table.tile_height;
+    std::vector<Value> row(along.texel_count());
+    for (std::uint32_t y = 0; y < table.tile_height; ++y) {
+      const std::vector<double>* nodes = table.across ? &atlas_.layout.axes[*table.across].nodes_deg : nullptr;
+      if (nodes != nullptr) x[*table.across] = (*nodes)[std::min<std::size_t>(y, nodes->size() - 1)];
+      for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
+        const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
+        for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
+          x[table.along] = coordinate_in(along, cell, static_cast<double>(s) / count);
+          row[along.texels[cell] + s] = values_.at(x);
+        }
+      }
+      if (!primary) take_off_straight_lines(along, row);
+      for (std::uint32_t t = 0; t < table.tile_width; ++t) {
+        put(left + t, top + y, row[std::min<std::size_t>(t, row.size() - 1)]);
+      }
+    }
+  }
+
+  static void take_off_straight_lines(const AtlasAxis& along, std::vector<Value>& row) {
+    const std::vector<Value> values = row;
+    for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
+      const Value& low = values[along.texels[cell]];
+      const Value& high = values[along.texels[cell + 1]];
+      const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
+      for (std::uint32_t s = 0; s <= count; ++s) {
+        const double t = static_cast<double>(s) / count;
+        const double part = along.root_spacing && cell == 0 ? t * t : t;
+        for (std::size_t c = 0; c < kChannels; ++c) {
+          row[along.texels[cell] + s][c] = values[along.texels[cell] + s][c] - (low[c] + part * (high[c] - low[c]));
+        }
+      }
+    }
+  }
+
+  void fill_ring(const AtlasRing& ring) {
+    const AtlasLayout& layout = atlas_.layout;
+    const AtlasPole pole = poles(layout).front();
+    const AtlasAxis& along = layout.axes[pole.along];
+    for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
+      const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
+      for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
+        for (std::uint32_t r = 0; r <= ring.ring_texels; ++r) {
+          Coordinates x{};
+          x[pole.along] = coordinate_in(along, cell, static_cast<double>(s) / count);
+          x[pole.ring_axis] = r % ring.ring_texels * ring.period_deg / ring.ring_texels;
+          put(ring.x + r, ring.y + along.texels[cell] + s, values_.at(x));
+        }
+      }
+    }
+  }
+
+  void put(std::uint32_t x, std::uint32_t y, const Value& v) {
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      atlas_.texels[(std::size_t{y} * atlas_.layout.width + x) * kChannels + c] = static_cast<float>(v[c]);
+    }
+  }
+
+  const Values& values_;
+  Atlas& atlas_;
+};
+
+AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice) {
+  AtlasDomain domain;
+  const std::size_t channels = sliced.channel_count();
+  const ValueMap<float> map(sliced, lattice);
+  domain.log = sliced.domain.kind == DomainKind::kLog;
+  for (std::size_t c = 0; c < kChannels; ++c) {
+    const std::size_t from = std::min(c, channels - 1);
+    domain.least[c] = map.least(from);
+    domain.most[c] = map.most(from);
+    if (sliced.grey_shares.active()) domain.grey_shares[c] = sliced.grey_shares.shares()[from];
+    if (!domain.log) continue;
+    const DomainMap<float> values(sliced.domain, from);
+    domain.reference[c] = sliced.domain.reference[from];
+    domain.floor[c] = sliced.domain.floor(from);
+    domain.at_floor[c] = values.forward(domain.floor[c]);
+    domain.at_zero[c] = values.forward(0);
+  }
+  if (sliced.grey_shares.active()) {
+    domain.grey_divisor = kChannels;
+    for (const float share : domain.grey_shares) domain.grey_divisor += share;
+  }
+  return domain;
+}
+
+}  // namespace
+
+Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const BakeOptions& options) {
+  const std::size_t channels = sliced.channel_count();
+  if (channels != 1 && channels != kChannels) {
+    return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
+  }
+  const Values values(sliced, lattice);
+  Atlas atlas;
+  AtlasLayout& layout = atlas.layout;
+  layout.frame = lattice.spec.id;
+  layout.symmetries = lattice.spec.symmetries;
+  layout.theta_max_deg = lattice.spec.theta_max_deg;
+  bool all_move = true;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    layout.axes[axis].nodes_deg = folded_nodes(lattice.spec, axis, lattice.nodes[axis]);
+    layout.axes[axis].root_spacing = layout.frame == FrameId::kHalfDifference && axis == kVertical;
+    all_move = all_move && layout.axes[axis].moves();
+  }
+  const TexelChoice choice(values, layout, options);
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    if (layout.axes[axis].moves()) choice.choose(axis, layout.axes[axis]);
+  }
+  if (all_move) {
+    const Merging merging = geometry(layout.frame).mergings().front();
+    const AtlasAxis& ring_axis = layout.axes[merging.ring_axis];
+    AtlasRing ring;
+    ring.period_deg = merging.period_deg;
+    // As dense as the slices along the azimuth that is left.
+    ring.ring_texels = static_cast<std::uint32_t>(
+        std::lround(ring_axis.texels.back() * merging.period_deg / ring_axis.nodes_deg.back()));
+    layout.ring = ring;
+  }
+  if (Status status = lay_out(layout, options.blocks, options.most_side); !status) return status.error();
+  atlas.domain = domain_of(sliced, lattice);
+  Filling(values, atlas).fill();
+  return atlas;
+}
+
+}  // namespace sbrdf::internal

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+#include "codec/atlas/atlas.h"
+#include "codec/frame/lattice.h"
+#include "codec/material/sliced_brdf.h"
+#include "formats/core/result.h"
+
+namespace sbrdf::internal {
+
+struct BakeOptions {
+  /// Between texels straight lines may be off a slice by so much, root of the mean square over slices, in the value
+  /// domain (log values: about the relative error).
+  double tolerance = 0.002;
+  /// Tiles begin at multiples of 4 texels and are padded with copies, so that blocks of 4 x 4 hold one tile each.
+  bool blocks = false;
+  std::uint32_t most_texels_per_cell = 128;
+  std::uint32_t most_side = 8192;  ///< [texels]
+};
+
+/// The atlas of a material with three channels (or one, which stands for all three). `sliced` has passed check_sliced
+/// with the lattice. kUnsupported for other numbers of channels, and where no texture of `most_side` holds it.
+[[nodiscard]] Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice,
+                                       const BakeOptions& options = {});
+
+/// What bake_atlas lays out, before anything is baked: axes with their texels are set; tables and sides follow.
+[[nodiscard]] Status lay_out(AtlasLayout& layout, bool blocks, std::uint32_t most_side);
+
+}  // namespace sbrdf::internal
