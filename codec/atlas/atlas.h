@@ -18,8 +18,8 @@ namespace sbrdf::internal {
 // Between slices the lattice's nodes are neighbouring rows, so that the hardware's bilinear filter works along a slice
 // and across one more axis at once; what remains are two explicit axes (one for isotropic materials).
 //
-// One axis has the primary table: the slices' values in the value domain, guide and all. The tables of the other axes
-// hold by how much a slice is off the straight line between its crossings. The four-slice sum is then
+// One axis, an azimuth, has the primary table: the slices' values in the value domain, guide and all. The tables of the
+// other axes hold by how much a slice is off the straight line between its crossings. The four-slice sum is then
 //
 //   v = primary + sum of the differences
 //
@@ -81,7 +81,7 @@ struct AtlasDomain {
   float grey_divisor = 0;  ///< 0 where there are no shares
 };
 
-/// v = offset + scale x texel, for one table (or the ring), per channel.
+/// v = offset + scale x texel, per channel: of a tile, or of all tiles of a table.
 struct AtlasScale {
   std::array<float, 3> offset{};
   std::array<float, 3> scale{1, 1, 1};
@@ -91,8 +91,9 @@ struct AtlasScale {
 struct Atlas {
   AtlasLayout layout;
   AtlasDomain domain;
-  std::vector<AtlasScale> scales;  ///< of each table, and of the ring behind them
-  std::vector<float> texels;       ///< width x height x 3
+  /// Of each table, and of the ring behind them: one for each tile, or one for all.
+  std::vector<std::vector<AtlasScale>> scales;
+  std::vector<float> texels;  ///< width x height x 3
 };
 
 /// The frame coordinates that an atlas is asked for: symmetries of the material bring them among its nodes.

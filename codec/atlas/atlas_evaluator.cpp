@@ -57,10 +57,8 @@ AtlasEvaluator::Rgb AtlasEvaluator::read(double x, double y, const AtlasScale& s
 // Tiles at a pole are taken out as often as there are rings that stand for them.
 AtlasEvaluator::Rgb AtlasEvaluator::sum_of_table(std::size_t number, const Places& places) const {
   const AtlasTable& table = atlas_.layout.tables[number];
-  const double y = !table.across ? 0
-                   : places[*table.across].fraction == 0
-                       ? static_cast<double>(places[*table.across].cell)
-                       : static_cast<double>(places[*table.across].cell) + places[*table.across].fraction;
+  const std::vector<AtlasScale>& scales = atlas_.scales[number];
+  const double y = table.across ? static_cast<double>(places[*table.across].cell) + places[*table.across].fraction : 0;
   Rgb sum{};
   for (unsigned bits = 0; bits < (1U << table.between.size()); ++bits) {
     float weight = 1;
@@ -75,8 +73,9 @@ AtlasEvaluator::Rgb AtlasEvaluator::sum_of_table(std::size_t number, const Place
     }
     if (weight * share == 0) continue;
     const std::uint32_t tile = tile_number(atlas_.layout, table, nodes[0], nodes[1]);
-    const Rgb v = read(table.x + tile % table.tiles_per_row * table.tile_width + places[table.along].texel,
-                       table.y + tile / table.tiles_per_row * table.tile_height + y, atlas_.scales[number]);
+    const Rgb v =
+        read(table.x + tile % table.tiles_per_row * table.tile_width + places[table.along].texel,
+             table.y + tile / table.tiles_per_row * table.tile_height + y, scales[scales.size() > 1 ? tile : 0]);
     for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * share * v[c];
   }
   return sum;
@@ -87,7 +86,7 @@ AtlasEvaluator::Rgb AtlasEvaluator::on_ring(const AtlasPole& pole, const Coordin
   const std::size_t other = pole.ring_axis == kAxial ? kDiagonal : kAxial;
   const double turn = wrap(x[pole.ring_axis] + pole.sign * x[other], ring.period_deg) / ring.period_deg;
   // Both polar axes of the elevation frame have the same texels.
-  return read(ring.x + turn * ring.ring_texels, ring.y + places[pole.along].texel, atlas_.scales.back());
+  return read(ring.x + turn * ring.ring_texels, ring.y + places[pole.along].texel, atlas_.scales.back().front());
 }
 
 void bring_back(const AtlasDomain& domain, std::span<const float, 3> v, std::span<float, 3> values) {

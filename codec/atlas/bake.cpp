@@ -148,7 +148,7 @@ class Filling {
   void fill() {
     const AtlasLayout& layout = atlas_.layout;
     atlas_.texels.assign(std::size_t{layout.width} * layout.height * kChannels, 0);
-    atlas_.scales.assign(layout.tables.size() + (layout.ring ? 1 : 0), {});
+    atlas_.scales.assign(layout.tables.size() + (layout.ring ? 1 : 0), {AtlasScale{}});
     for (std::size_t k = 0; k < layout.tables.size(); ++k) fill_table(layout.tables[k], k == 0);
     if (layout.ring) fill_ring(*layout.ring);
   }

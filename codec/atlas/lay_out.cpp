@@ -58,11 +58,6 @@ Status lay_out(AtlasLayout& layout, bool blocks, std::uint32_t most_side) {
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     if (layout.axes[axis].moves()) layout.tables.push_back(make_table(layout, axis, blocks));
   }
-  // Of an isotropic material in the half/difference frame theta_h is the primary: it varies most. Rings need the
-  // primary to be an azimuth.
-  if (!layout.ring && layout.frame == FrameId::kHalfDifference) {
-    std::rotate(layout.tables.begin(), layout.tables.end() - 1, layout.tables.end());
-  }
   std::vector<Area> areas;
   for (const AtlasTable& table : layout.tables)
     areas.push_back({table.tile_width, table.tile_height, table.tile_count});

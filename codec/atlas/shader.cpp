@@ -165,10 +165,28 @@ class Writer {
       text_ += "  float tile = first * " + number(row) + " + second;\n";
     }
     const std::string per_row = number(std::size_t{table.tiles_per_row});
-    text_ += "  float row = floor((tile + 0.5) / " + per_row + ");\n  return sbrdf_texel(" +
+    text_ += "  float row = floor((tile + 0.5) / " + per_row + ");\n  vec3 texel = sbrdf_texel(" +
              number(std::size_t{table.x}) + " + (tile - row * " + per_row + ") * " +
              number(std::size_t{table.tile_width}) + " + along, " + number(std::size_t{table.y}) + " + row * " +
-             number(std::size_t{table.tile_height}) + " + across);\n}\n";
+             number(std::size_t{table.tile_height}) + " + across);\n" + scaled(atlas_.scales[k]) + "}\n";
+  }
+
+  // `texel` is that of the tile with the number `tile`.
+  static std::string scaled(const std::vector<AtlasScale>& scales) {
+    if (scales.size() == 1) {
+      const AtlasScale& scale = scales.front();
+      return "  return " + vec3(scale.offset) + " + " + vec3(scale.scale) + " * texel;\n";
+    }
+    std::vector<std::string> offsets;
+    std::vector<std::string> factors;
+    for (const AtlasScale& scale : scales) {
+      offsets.push_back(vec3(scale.offset));
+      factors.push_back(vec3(scale.scale));
+    }
+    const std::string type = "  const vec3 ";
+    const std::string size = "[" + std::to_string(scales.size()) + "] = ";
+    return type + "offsets" + size + list("vec3", offsets) + ";\n" + type + "factors" + size + list("vec3", factors) +
+           ";\n  return offsets[int(tile)] + factors[int(tile)] * texel;\n";
   }
 
   void write_inverse() {
@@ -201,7 +219,7 @@ class Writer {
       const std::string number_text = std::to_string(axis);
       text_ += "  vec3 p" + number_text + " = sbrdf_place_" + number_text + "(x." + "xyzw"[axis] + ");\n";
     }
-    text_ += "  vec3 v = vec3(0.0);\n  vec4 sum;\n  float w;\n";
+    text_ += "  vec3 v = vec3(0.0);\n  float w;\n";
     for (std::size_t k = 0; k < layout_.tables.size(); ++k) write_sum(k);
     for (const AtlasPole& pole : poles_) write_ring(pole);
     text_ += "  return sbrdf_inverse(v);\n}\n";
@@ -210,7 +228,6 @@ class Writer {
   // Tiles at a pole are taken out as often as there are rings that stand for them.
   void write_sum(std::size_t k) {
     const AtlasTable& table = layout_.tables[k];
-    text_ += "  sum = vec4(0.0);\n";
     for (unsigned bits = 0; bits < (1U << table.between.size()); ++bits) {
       std::string weight;
       std::string share;
@@ -230,12 +247,10 @@ class Writer {
       }
       if (!share.empty()) weight += " * (1.0" + share + ")";
       const std::string across = table.across ? "p" + std::to_string(*table.across) : "";
-      text_ += "  w = " + (weight.empty() ? "1.0" : weight) + ";\n  sum += w * vec4(sbrdf_table_" + std::to_string(k) +
-               "(p" + std::to_string(table.along) + ".z, " +
-               (table.across ? across + ".x + " + across + ".y" : std::string("0.0")) + nodes + "), 1.0);\n";
+      text_ += "  w = " + (weight.empty() ? "1.0" : weight) + ";\n  v += w * sbrdf_table_" + std::to_string(k) + "(p" +
+               std::to_string(table.along) + ".z, " +
+               (table.across ? across + ".x + " + across + ".y" : std::string("0.0")) + nodes + ");\n";
     }
-    const AtlasScale& scale = atlas_.scales[k];
-    text_ += "  v += " + vec3(scale.offset) + " * sum.a + " + vec3(scale.scale) + " * sum.rgb;\n";
   }
 
   void write_ring(const AtlasPole& pole) {
@@ -243,7 +258,7 @@ class Writer {
     const std::string polar = "p" + std::to_string(pole.polar_axis);
     const std::string period = number(ring.period_deg);
     const std::string other = pole.ring_axis == kAxial ? "x.y" : "x.x";
-    const AtlasScale& scale = atlas_.scales.back();
+    const AtlasScale& scale = atlas_.scales.back().front();
     text_ += "  if (" + polar + ".x == 0.0) {\n    float turn = sbrdf_wrap(x." + "xyzw"[pole.ring_axis] +
              (pole.sign > 0 ? " + " : " - ") + other + ", " + period + ") / " + period + ";\n    v += (1.0 - " + polar +
              ".y) * (" + vec3(scale.offset) + " + " + vec3(scale.scale) + " * sbrdf_texel(" +

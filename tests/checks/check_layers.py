@@ -31,6 +31,7 @@ ROOMS = {
         "material": ["frame", "mask", "curves"],
         "evaluation": ["frame", "curves", "material"],
         "sampling": ["frame", "curves", "material"],
+        "atlas": ["frame", "material", "evaluation"],
         "search": ["frame", "material", "evaluation", "sampling"],
         "fit": ["frame", "curves", "material", "evaluation", "search"],
         "importance": [],

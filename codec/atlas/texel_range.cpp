@@ -1,0 +1,87 @@
+#include "codec/atlas/texel_range.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace sbrdf::internal {
+namespace {
+
+/// Texels of an atlas, all channels of each.
+struct Rectangle {
+  std::uint32_t x = 0, y = 0, width = 0, height = 0;
+};
+
+template <class Visit>
+void for_texels(Atlas& atlas, const Rectangle& area, const Visit& visit) {
+  for (std::uint32_t y = area.y; y < area.y + area.height; ++y) {
+    for (std::uint32_t x = area.x; x < area.x + area.width; ++x) {
+      visit(atlas.texels.data() + (std::size_t{y} * atlas.layout.width + x) * 3);
+    }
+  }
+}
+
+AtlasScale scale_of(std::span<const float, 3> least, std::span<const float, 3> most, TexelRange range) {
+  AtlasScale scale;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float span = most[c] - least[c];
+    scale.scale[c] = span > 0 ? (range == TexelRange::kSigned ? span / 2 : span) : 1;
+    scale.offset[c] = range == TexelRange::kSigned ? least[c] + span / 2 : least[c];
+  }
+  return scale;
+}
+
+/// All of these get one scale.
+AtlasScale bring_into(Atlas& atlas, std::span<const Rectangle> areas, TexelRange range) {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  std::array<float, 3> least = {kMost, kMost, kMost};
+  std::array<float, 3> most = {-kMost, -kMost, -kMost};
+  for (const Rectangle& area : areas) {
+    for_texels(atlas, area, [&](const float* texel) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        least[c] = std::min(least[c], texel[c]);
+        most[c] = std::max(most[c], texel[c]);
+      }
+    });
+  }
+  const AtlasScale scale = scale_of(least, most, range);
+  const float low = range == TexelRange::kSigned ? -1.0F : 0.0F;
+  for (const Rectangle& area : areas) {
+    for_texels(atlas, area, [&](float* texel) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        texel[c] = std::clamp((texel[c] - scale.offset[c]) / scale.scale[c], low, 1.0F);
+      }
+    });
+  }
+  return scale;
+}
+
+std::vector<Rectangle> tiles_of(const AtlasTable& table) {
+  std::vector<Rectangle> tiles;
+  for (std::uint32_t tile = 0; tile < table.tile_count; ++tile) {
+    tiles.push_back({table.x + tile % table.tiles_per_row * table.tile_width,
+                     table.y + tile / table.tiles_per_row * table.tile_height, table.tile_width, table.tile_height});
+  }
+  return tiles;
+}
+
+}  // namespace
+
+void use_range(Atlas& atlas, TexelRange range) {
+  if (range == TexelRange::kAsIs) return;
+  const AtlasLayout& layout = atlas.layout;
+  for (std::size_t k = 0; k < layout.tables.size(); ++k) {
+    const std::vector<Rectangle> tiles = tiles_of(layout.tables[k]);
+    atlas.scales[k].clear();
+    if (k == 0) {
+      for (const Rectangle& tile : tiles) atlas.scales[k].push_back(bring_into(atlas, std::span(&tile, 1), range));
+    } else {
+      atlas.scales[k].push_back(bring_into(atlas, tiles, range));
+    }
+  }
+  if (!layout.ring) return;
+  const Rectangle ring = {layout.ring->x, layout.ring->y, layout.ring->ring_texels + 1,
+                          layout.axes[kHorizontal].texel_count()};
+  atlas.scales.back() = {bring_into(atlas, std::span(&ring, 1), range)};
+}
+
+}  // namespace sbrdf::internal
