@@ -9,6 +9,7 @@
 
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
+#include "formats/core/result.h"
 
 namespace sbrdf::internal {
 
@@ -57,6 +58,7 @@ struct AtlasTable {
 /// other polar axis; the ring has `ring_texels` texels and the first one again.
 struct AtlasRing {
   std::uint32_t x = 0, y = 0;
+  std::uint32_t tile_width = 0, tile_height = 0;  ///< [texels], padding included
   std::uint32_t ring_texels = 0;
   double period_deg = 360;
 };
@@ -69,6 +71,7 @@ struct AtlasLayout {
   std::array<AtlasAxis, kAxisCount> axes;
   std::vector<AtlasTable> tables;  ///< the primary first
   std::optional<AtlasRing> ring;
+  bool blocks = false;                  ///< tiles begin at multiples of 4 texels and fill them
   std::uint32_t width = 0, height = 0;  ///< multiples of 4
 };
 
@@ -95,6 +98,10 @@ struct Atlas {
   std::vector<std::vector<AtlasScale>> scales;
   std::vector<float> texels;  ///< width x height x 3
 };
+
+/// Sets tables, the place of the ring, and the sides, which follow from everything else in a layout: the texture with
+/// the fewest texels whose sides are at most `most_side`. kUnsupported where there is none.
+[[nodiscard]] Status lay_out(AtlasLayout& layout, std::uint32_t most_side);
 
 /// The frame coordinates that an atlas is asked for: symmetries of the material bring them among its nodes.
 [[nodiscard]] Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x);

@@ -213,15 +213,19 @@ class Filling {
     const AtlasLayout& layout = atlas_.layout;
     const AtlasPole pole = poles(layout).front();
     const AtlasAxis& along = layout.axes[pole.along];
+    std::vector<double> places;
     for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
       const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
       for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
-        for (std::uint32_t r = 0; r <= ring.ring_texels; ++r) {
-          Coordinates x{};
-          x[pole.along] = coordinate_in(along, cell, static_cast<double>(s) / count);
-          x[pole.ring_axis] = r % ring.ring_texels * ring.period_deg / ring.ring_texels;
-          put(ring.x + r, ring.y + along.texels[cell] + s, values_.at(x));
-        }
+        places.push_back(coordinate_in(along, cell, static_cast<double>(s) / count));
+      }
+    }
+    for (std::uint32_t y = 0; y < ring.tile_height; ++y) {
+      for (std::uint32_t x = 0; x < ring.tile_width; ++x) {
+        Coordinates at{};
+        at[pole.along] = places[std::min<std::size_t>(y, places.size() - 1)];
+        at[pole.ring_axis] = std::min(x, ring.ring_texels) % ring.ring_texels * ring.period_deg / ring.ring_texels;
+        put(ring.x + x, ring.y + y, values_.at(at));
       }
     }
   }
@@ -235,6 +239,16 @@ class Filling {
   const Values& values_;
   Atlas& atlas_;
 };
+
+/// Gives both polar axes of the elevation frame, which have the same nodes, the same texels: one ring serves both
+/// poles.
+void share_texels(AtlasAxis& a, AtlasAxis& b) {
+  std::vector<std::uint32_t> texels = {0};
+  for (std::size_t k = 1; k < a.texels.size(); ++k) {
+    texels.push_back(texels.back() + std::max(a.texels[k] - a.texels[k - 1], b.texels[k] - b.texels[k - 1]));
+  }
+  a.texels = b.texels = texels;
+}
 
 AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice) {
   AtlasDomain domain;
@@ -273,6 +287,7 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
   layout.frame = lattice.spec.id;
   layout.symmetries = lattice.spec.symmetries;
   layout.theta_max_deg = lattice.spec.theta_max_deg;
+  layout.blocks = options.blocks;
   bool all_move = true;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     layout.axes[axis].nodes_deg = folded_nodes(lattice.spec, axis, lattice.nodes[axis]);
@@ -283,6 +298,7 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     if (layout.axes[axis].moves()) choice.choose(axis, layout.axes[axis]);
   }
+  if (layout.frame == FrameId::kElevation) share_texels(layout.axes[kHorizontal], layout.axes[kVertical]);
   if (all_move) {
     const Merging merging = geometry(layout.frame).mergings().front();
     const AtlasAxis& ring_axis = layout.axes[merging.ring_axis];
@@ -293,7 +309,7 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
         std::lround(ring_axis.texels.back() * merging.period_deg / ring_axis.nodes_deg.back()));
     layout.ring = ring;
   }
-  if (Status status = lay_out(layout, options.blocks, options.most_side); !status) return status.error();
+  if (Status status = lay_out(layout, options.most_side); !status) return status.error();
   atlas.domain = domain_of(sliced, lattice);
   Filling(values, atlas).fill();
   return atlas;

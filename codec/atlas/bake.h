@@ -24,7 +24,4 @@ struct BakeOptions {
 [[nodiscard]] Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice,
                                        const BakeOptions& options = {});
 
-/// What bake_atlas lays out, before anything is baked: axes with their texels are set; tables and sides follow.
-[[nodiscard]] Status lay_out(AtlasLayout& layout, bool blocks, std::uint32_t most_side);
-
 }  // namespace sbrdf::internal

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "codec/atlas/bake.h"
+#include "codec/atlas/atlas.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -24,7 +24,7 @@ struct Area {
 
 std::size_t node_count(const AtlasLayout& layout, std::size_t axis) { return layout.axes[axis].nodes_deg.size(); }
 
-AtlasTable make_table(const AtlasLayout& layout, std::size_t along, bool blocks) {
+AtlasTable make_table(const AtlasLayout& layout, std::size_t along) {
   AtlasTable table;
   table.along = along;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
@@ -39,7 +39,7 @@ AtlasTable make_table(const AtlasLayout& layout, std::size_t along, bool blocks)
       layout.frame == FrameId::kElevation && table.between == std::vector<std::size_t>{kHorizontal, kVertical};
   table.tile_width = layout.axes[along].texel_count();
   table.tile_height = table.across ? static_cast<std::uint32_t>(node_count(layout, *table.across)) : 1;
-  if (blocks) {
+  if (layout.blocks) {
     table.tile_width = rounded_up(table.tile_width);
     table.tile_height = rounded_up(table.tile_height);
   }
@@ -51,21 +51,7 @@ AtlasTable make_table(const AtlasLayout& layout, std::size_t along, bool blocks)
   return table;
 }
 
-}  // namespace
-
-Status lay_out(AtlasLayout& layout, bool blocks, std::uint32_t most_side) {
-  layout.tables.clear();
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    if (layout.axes[axis].moves()) layout.tables.push_back(make_table(layout, axis, blocks));
-  }
-  std::vector<Area> areas;
-  for (const AtlasTable& table : layout.tables)
-    areas.push_back({table.tile_width, table.tile_height, table.tile_count});
-  if (layout.ring) {
-    const std::uint32_t width = layout.ring->ring_texels + 1;
-    const std::uint32_t height = layout.axes[kHorizontal].texel_count();
-    areas.push_back({blocks ? rounded_up(width) : width, blocks ? rounded_up(height) : height, 1});
-  }
+Status choose_sides(const std::vector<Area>& areas, std::uint32_t most_side, AtlasLayout& layout) {
   // The width with the fewest texels; of equals the one nearest to a square.
   std::uint32_t least = kBlock;
   for (const Area& area : areas) least = std::max(least, rounded_up(area.tile_width));
@@ -84,6 +70,27 @@ Status lay_out(AtlasLayout& layout, bool blocks, std::uint32_t most_side) {
     return unsupported("no texture of " + std::to_string(most_side) + " x " + std::to_string(most_side) +
                        " texels holds this material");
   }
+  return ok_status();
+}
+
+}  // namespace
+
+Status lay_out(AtlasLayout& layout, std::uint32_t most_side) {
+  layout.tables.clear();
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    if (layout.axes[axis].moves()) layout.tables.push_back(make_table(layout, axis));
+  }
+  std::vector<Area> areas;
+  for (const AtlasTable& table : layout.tables)
+    areas.push_back({table.tile_width, table.tile_height, table.tile_count});
+  if (layout.ring) {
+    AtlasRing& ring = *layout.ring;
+    ring.tile_width = layout.blocks ? rounded_up(ring.ring_texels + 1) : ring.ring_texels + 1;
+    const std::uint32_t height = layout.axes[kHorizontal].texel_count();
+    ring.tile_height = layout.blocks ? rounded_up(height) : height;
+    areas.push_back({ring.tile_width, ring.tile_height, 1});
+  }
+  if (Status chosen = choose_sides(areas, most_side, layout); !chosen) return chosen;
   std::uint32_t y = 0;
   for (std::size_t k = 0; k < areas.size(); ++k) {
     if (k < layout.tables.size()) {

@@ -79,8 +79,7 @@ void use_range(Atlas& atlas, TexelRange range) {
     }
   }
   if (!layout.ring) return;
-  const Rectangle ring = {layout.ring->x, layout.ring->y, layout.ring->ring_texels + 1,
-                          layout.axes[kHorizontal].texel_count()};
+  const Rectangle ring = {layout.ring->x, layout.ring->y, layout.ring->tile_width, layout.ring->tile_height};
   atlas.scales.back() = {bring_into(atlas, std::span(&ring, 1), range)};
 }
 

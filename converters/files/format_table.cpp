@@ -20,6 +20,8 @@
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
 #include "converters/files/ngan/ngan.h"
+#include "converters/files/atlas/atlas_file.h"
+#include "converters/files/atlas/manifest.h"
 #include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
 #include "converters/files/rgl/rgl_writer.h"
@@ -182,6 +184,15 @@ const std::array kFormats = {
            .save = save_npy,
            .beside = kNpyHeadSuffix,
            .is_beside = is_table_head},
+    Format{.name = "atlas",
+           .extension = ".json",
+           .description = "texture atlas for engines: the manifest, with its texture beside it",
+           .page = "atlas.md",
+           .capabilities = {Capability::kRead},
+           .holds = {.non_reciprocal = false, .values = "texels"},
+           .options = {},
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_manifest(text_of(head))); },
+           .open = open_atlas},
     Format{.name = "exr",
            .extension = ".exr",
            .description = "dense table as an OpenEXR image, rows of light and columns of view",

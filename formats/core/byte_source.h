@@ -43,6 +43,10 @@ class ByteSource {
   [[nodiscard]] virtual Result<std::shared_ptr<const ByteSource>> sibling(std::string_view /*suffix*/) const {
     return std::shared_ptr<const ByteSource>();
   }
+  /// The file `name` in the folder of this one: a name without separators; nullptr and errors as of sibling().
+  [[nodiscard]] virtual Result<std::shared_ptr<const ByteSource>> neighbour(const std::string& /*name*/) const {
+    return std::shared_ptr<const ByteSource>();
+  }
 };
 
 /// Bytes that somebody else keeps, at least for as long as this lives: a file read whole, or mapped.

@@ -30,6 +30,12 @@ Result<std::shared_ptr<const ByteSource>> open_sibling(const std::string& path, 
   return open_file(name);
 }
 
+Result<std::shared_ptr<const ByteSource>> open_neighbour(const std::string& path, const std::string& name) {
+  const std::filesystem::path beside = std::filesystem::path(path).parent_path() / name;
+  if (!is_ordinary_file(beside)) return std::shared_ptr<const ByteSource>();
+  return open_file(beside);
+}
+
 /// Bytes that were read. Not zeroed before, as those of a vector: that takes half as long as reading them.
 struct ReadBytes {
   std::unique_ptr<std::byte[]> first;
@@ -58,6 +64,9 @@ class ReadSource final : public ByteSource {
   [[nodiscard]] std::string path() const override { return path_; }
   [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
     return open_sibling(path_, suffix);
+  }
+  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> neighbour(const std::string& name) const override {
+    return open_neighbour(path_, name);
   }
 
  private:
@@ -94,6 +103,9 @@ class MappedSource final : public ByteSource {
   [[nodiscard]] std::string path() const override { return path_; }
   [[nodiscard]] Result<std::shared_ptr<const ByteSource>> sibling(std::string_view suffix) const override {
     return open_sibling(path_, suffix);
+  }
+  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> neighbour(const std::string& name) const override {
+    return open_neighbour(path_, name);
   }
 
  private:

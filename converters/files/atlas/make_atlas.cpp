@@ -1,0 +1,159 @@
+#include "converters/files/atlas/make_atlas.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "codec/atlas/atlas_evaluator.h"
+#include "codec/atlas/bake.h"
+#include "codec/atlas/texel_range.h"
+#include "codec/evaluation/evaluator.h"
+#include "codec/search/held_back.h"
+#include "formats/core/parallel.h"
+#include "formats/texture/dds.h"
+#include "formats/texture/exr_texture.h"
+#include "formats/texture/ktx2.h"
+
+namespace sbrdf::internal {
+namespace {
+
+constexpr std::size_t kJudgedBy = 20'000;
+constexpr std::uint64_t kSeed = 5;
+constexpr std::size_t kBlock = 256;
+constexpr double kFirstTolerance = 0.04;
+constexpr int kMostSteps = 8;  // each halves the tolerance
+/// A finer atlas that is not nearer by so much is not worth its texels.
+constexpr double kWorthIt = 0.97;
+
+TexelRange range_of(TexelFormat format) {
+  switch (format) {
+    case TexelFormat::kRgb32f:
+    case TexelFormat::kRgba32f:
+      return TexelRange::kAsIs;
+    case TexelFormat::kRgba16f:
+    case TexelFormat::kBc6hSigned:
+      return TexelRange::kSigned;
+    case TexelFormat::kE5b9g9r9:
+    case TexelFormat::kBc6hUnsigned:
+      break;
+  }
+  return TexelRange::kUnsigned;
+}
+
+class Maker {
+ public:
+  Maker(const DecodedSliced& sliced, const AtlasOptions& options) : sliced_(sliced), options_(options) {}
+
+  Result<MadeAtlas> make(const Progress& progress) {
+    if (Status drawn = draw(); !drawn) return drawn.error();
+    ProgressCounter counter(progress, kMostSteps);
+    std::optional<MadeAtlas> best;
+    double tolerance = kFirstTolerance;
+    for (int step = 0; step < kMostSteps; ++step, tolerance /= 2) {
+      if (!counter.advance()) return interrupted_error();
+      Result<MadeAtlas> made = attempt(tolerance);
+      if (!made && best) break;  // too large for a texture
+      if (!made) return made.error();
+      if (best && error_of(*made) > kWorthIt * error_of(*best)) break;
+      best = *std::move(made);
+      best->reached = error_of(*best) <= options_.max_error_percent;
+      if (best->reached) break;
+    }
+    return *std::move(best);
+  }
+
+ private:
+  static double error_of(const MadeAtlas& made) {
+    return std::max(made.errors.mre_percent, made.errors.rel_l1_percent);
+  }
+
+  Status draw() {
+    const Evaluator evaluator(sliced_.sliced, sliced_.lattice);
+    const std::size_t channels = evaluator.channel_count();
+    const FrameSpec& frame = sliced_.sliced.frame;
+    const HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};
+    Result<HeldBack> drawn = draw_held_back(wanted, 3, [&](auto pairs, auto values) {
+      for_all(pairs.size(), kBlock, [&](std::size_t k) {
+        const auto rgb = values.subspan(3 * k, 3);
+        evaluator.evaluate(pairs[k], rgb.first(channels));
+        for (std::size_t c = channels; c < 3; ++c) rgb[c] = rgb[0];
+      });
+      return ok_status();
+    });
+    if (!drawn) return drawn.error();
+    held_back_ = *std::move(drawn);
+    return ok_status();
+  }
+
+  Result<MadeAtlas> attempt(double tolerance) const {
+    BakeOptions bake;
+    bake.tolerance = tolerance;
+    bake.blocks = texel_block(options_.texel).side > 1;
+    Result<Atlas> baked = bake_atlas(sliced_.sliced, sliced_.lattice, bake);
+    if (!baked) return baked.error();
+    MadeAtlas made;
+    made.tolerance = tolerance;
+    made.atlas = *std::move(baked);
+    use_range(made.atlas, range_of(options_.texel));
+    const AtlasLayout& layout = made.atlas.layout;
+    // Graphics cards take three floats in no file of theirs.
+    const bool wide = options_.texel == TexelFormat::kRgb32f && options_.container != AtlasContainer::kExr;
+    const TexelFormat texel = wide ? TexelFormat::kRgba32f : options_.texel;
+    Result<Texture> texture =
+        encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts);
+    if (!texture) return texture.error();
+    made.texture = *std::move(texture);
+    Result<std::vector<float>> texels = decode_texels(made.texture);
+    if (!texels) return texels.error();
+    made.atlas.texels = *std::move(texels);
+    judge_made(made);
+    return made;
+  }
+
+  void judge_made(MadeAtlas& made) const {
+    const AtlasEvaluator evaluator(made.atlas);
+    std::vector<float> values(held_back_.values.size());
+    for_all(held_back_.pairs.size(), kBlock, [&](std::size_t k) {
+      evaluator.evaluate(held_back_.pairs[k], std::span<float, 3>(values.data() + 3 * k, 3));
+    });
+    const HeldBackError error = judge(values, held_back_);
+    made.errors = {error.mre_percent, error.rel_l1_percent, held_back_.pairs.size()};
+  }
+
+  const DecodedSliced& sliced_;
+  const AtlasOptions& options_;
+  HeldBack held_back_;
+};
+
+}  // namespace
+
+Status check_atlas_options(const AtlasOptions& options) {
+  const bool half = options.texel == TexelFormat::kRgba16f;
+  const bool floats = options.texel == TexelFormat::kRgb32f || options.texel == TexelFormat::kRgba32f;
+  if (options.container == AtlasContainer::kExr && !half && !floats) {
+    return usage_error("--container exr holds rgb32f and rgba16f; take ktx2 or dds");
+  }
+  if (options.container == AtlasContainer::kDds && half) {
+    return usage_error("--container dds does not hold rgba16f, since common readers misread it; take ktx2 or exr");
+  }
+  if (options.zstd && options.container != AtlasContainer::kKtx2) return usage_error("--zstd is for --container ktx2");
+  return ok_status();
+}
+
+Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const AtlasOptions& options, const Progress& progress) {
+  return Maker(sliced, options).make(progress);
+}
+
+Result<std::vector<std::byte>> pack_texture(const Texture& texture, const AtlasOptions& options) {
+  switch (options.container) {
+    case AtlasContainer::kExr:
+      return write_exr_texture(texture);
+    case AtlasContainer::kKtx2:
+      return write_ktx2(texture, {.zstd = options.zstd});
+    case AtlasContainer::kDds:
+      break;
+  }
+  return write_dds(texture);
+}
+
+}  // namespace sbrdf::internal

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "codec/atlas/atlas.h"
+#include "formats/core/result.h"
+#include "formats/texture/texels.h"
+
+namespace sbrdf::internal {
+
+/// What a manifest says beside how to evaluate (specs/atlas.md).
+struct AtlasFiles {
+  std::string texture;  ///< names, in the folder of the manifest
+  std::string shader;
+  TexelFormat texel = TexelFormat::kRgb32f;
+  std::uint64_t texture_bytes = 0;  ///< of the file
+};
+
+/// The text of a manifest: `more` are members that follow those of this page, such as errors and the source.
+[[nodiscard]] std::string emit_manifest(const Atlas& atlas, const AtlasFiles& files,
+                                        const nlohmann::ordered_json& more);
+
+/// A manifest without its texels: `atlas.texels` is empty.
+struct AtlasManifest {
+  Atlas atlas;
+  AtlasFiles files;
+  nlohmann::ordered_json json;  ///< all of it
+};
+
+/// Everything is checked, so that any texture of these sides can be evaluated: kInvalidFile names the member.
+[[nodiscard]] Result<AtlasManifest> parse_manifest(std::string_view text);
+
+/// By its beginning, as emit_manifest writes it.
+[[nodiscard]] bool recognises_manifest(std::string_view head);
+
+}  // namespace sbrdf::internal
