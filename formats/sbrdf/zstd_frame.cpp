@@ -5,15 +5,10 @@
 #include <new>
 
 namespace sbrdf::internal {
-namespace {
 
-constexpr int kLevel = 19;
-
-}  // namespace
-
-std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes) {
+std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes, int level) {
   std::vector<std::byte> packed(ZSTD_compressBound(bytes.size()));
-  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), kLevel);
+  const std::size_t size = ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), level);
   if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the only way it can fail
   packed.resize(size);
   return packed;

@@ -9,7 +9,12 @@ namespace sbrdf::internal {
 
 // Bytes as one zstd frame that states how many they are.
 
-[[nodiscard]] std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes);
+/// The smallest frame for its effort: a megabyte takes half a second.
+inline constexpr int kZstdSmallest = 19;
+/// Ten times as fast, a tenth larger.
+inline constexpr int kZstdQuick = 9;
+
+[[nodiscard]] std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes, int level = kZstdSmallest);
 
 /// Nothing unless `packed` is one frame, and nothing behind it, that holds exactly `size` bytes.
 [[nodiscard]] std::optional<std::vector<std::byte>> unpack_bytes(std::span<const std::byte> packed, std::size_t size);

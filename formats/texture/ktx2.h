@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/core/result.h"
+#include "formats/sbrdf/memory_limit.h"
+#include "formats/texture/texels.h"
+
+namespace sbrdf::internal {
+
+// KTX 2.0 files (Khronos KTX File Format Specification 2.0) that hold one 2-D texture of one level.
+
+struct Ktx2Options {
+  bool zstd = false;  ///< packs the texels as one zstd frame; not every engine unpacks it
+  /// Keys with a text each, beside KTXorientation ("rd": rows from the top, each from the left) and KTXwriter
+  /// ("sbrdf"). In any order.
+  std::vector<std::pair<std::string, std::string>> keys = {};
+};
+
+/// The bytes of a file. kUnsupported for kRgb32f, which graphics cards do not take: encode kRgba32f. kUsage where a key
+/// is empty, stands twice or begins with KTX or ktx, and where a key or text holds a zero byte; errors as of
+/// check_texture().
+[[nodiscard]] Result<std::vector<std::byte>> write_ktx2(const Texture& texture, const Ktx2Options& options = {});
+
+/// The file begins as a KTX 2.0 file does.
+[[nodiscard]] bool recognises_ktx2(std::span<const std::byte> head);
+
+/// The texture of a file as write_ktx2() writes them, of any keys. Nothing is allocated before all sizes have been
+/// compared with those of the bytes.
+///
+/// kInvalidFile where the file is cut off, goes on behind the texels or contradicts itself; kUnsupported, saying what,
+/// for other formats, several levels, layers or faces, volumes, other ways of packing, another orientation, another
+/// descriptor of the format, and where unpacking would take more than `limit`. Both with the offset.
+[[nodiscard]] Result<Texture> read_ktx2(std::span<const std::byte> bytes, const MemoryLimit& limit = {});
+
+}  // namespace sbrdf::internal
