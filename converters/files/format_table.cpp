@@ -191,7 +191,7 @@ const std::array kFormats = {
            .capabilities = {Capability::kRead},
            .holds = {.non_reciprocal = false, .values = "texels"},
            .options = {},
-           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_manifest(text_of(head))); },
+           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_manifest({reinterpret_cast<const char*>(head.data()), head.size()})); },
            .open = open_atlas},
     Format{.name = "exr",
            .extension = ".exr",

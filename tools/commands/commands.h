@@ -16,6 +16,7 @@ void add_formats(CLI::App& program, int& exit_code);
 void add_extract(CLI::App& program, int& exit_code);
 void add_pack(CLI::App& program, int& exit_code);
 void add_verify(CLI::App& program, int& exit_code);
+void add_atlas(CLI::App& program, int& exit_code);
 void add_audit(CLI::App& program, int& exit_code);
 void add_stress(CLI::App& program, int& exit_code);
 void add_bench(CLI::App& program, int& exit_code);

@@ -45,8 +45,7 @@ Result<Texture> read_texture(const std::shared_ptr<const ByteSource>& bytes) {
   return ktx2 ? read_ktx2(*all) : read_dds(*all);
 }
 
-Result<std::vector<float>> read_texels(const ByteSource& manifest, const AtlasFiles& files,
-                                       const AtlasLayout& layout) {
+Result<std::vector<float>> read_texels(const ByteSource& manifest, const AtlasFiles& files, const AtlasLayout& layout) {
   const Result<std::shared_ptr<const ByteSource>> bytes = manifest.neighbour(files.texture);
   if (!bytes) return bytes.error();
   if (*bytes == nullptr) {
@@ -84,10 +83,11 @@ Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource>
   if (!texels) return texels.error();
   manifest->atlas.texels = *std::move(texels);
   const AtlasLayout& layout = manifest->atlas.layout;
-  std::string description =
-      fmt::format("texture atlas, {} x {} texels, {}", layout.width, layout.height,
-                  name_of(kTexelFormatNames, manifest->files.texel));
-  return std::make_unique<AtlasSource>(std::move(manifest->atlas), std::move(description));
+  std::string description = fmt::format("texture atlas, {} x {} texels, {}", layout.width, layout.height,
+                                        name_of(kTexelFormatNames, manifest->files.texel));
+  std::unique_ptr<BrdfSource> source =
+      std::make_unique<AtlasSource>(std::move(manifest->atlas), std::move(description));
+  return source;
 }
 
 }  // namespace sbrdf::internal

@@ -1,6 +1,7 @@
 #include "converters/files/atlas/make_atlas.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -42,7 +43,8 @@ TexelRange range_of(TexelFormat format) {
 
 class Maker {
  public:
-  Maker(const DecodedSliced& sliced, const AtlasOptions& options) : sliced_(sliced), options_(options) {}
+  Maker(const DecodedSliced& sliced, const BrdfSource& source, const AtlasOptions& options)
+      : sliced_(sliced), source_(source), options_(options) {}
 
   Result<MadeAtlas> make(const Progress& progress) {
     if (Status drawn = draw(); !drawn) return drawn.error();
@@ -72,16 +74,14 @@ class Maker {
     const std::size_t channels = evaluator.channel_count();
     const FrameSpec& frame = sliced_.sliced.frame;
     const HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};
-    Result<HeldBack> drawn = draw_held_back(wanted, 3, [&](auto pairs, auto values) {
-      for_all(pairs.size(), kBlock, [&](std::size_t k) {
-        const auto rgb = values.subspan(3 * k, 3);
-        evaluator.evaluate(pairs[k], rgb.first(channels));
-        for (std::size_t c = channels; c < 3; ++c) rgb[c] = rgb[0];
-      });
+    Result<HeldBack> drawn = draw_held_back(wanted, channels, [&](auto pairs, auto values) {
+      evaluate_in_parallel(source_, pairs, values);
       return ok_status();
     });
     if (!drawn) return drawn.error();
-    held_back_ = *std::move(drawn);
+    from_source_ = *std::move(drawn);
+    from_slices_ = from_source_;
+    from_slices_.values = evaluate(evaluator, from_source_.pairs);
     return ok_status();
   }
 
@@ -99,8 +99,7 @@ class Maker {
     // Graphics cards take three floats in no file of theirs.
     const bool wide = options_.texel == TexelFormat::kRgb32f && options_.container != AtlasContainer::kExr;
     const TexelFormat texel = wide ? TexelFormat::kRgba32f : options_.texel;
-    Result<Texture> texture =
-        encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts);
+    Result<Texture> texture = encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts);
     if (!texture) return texture.error();
     made.texture = *std::move(texture);
     Result<std::vector<float>> texels = decode_texels(made.texture);
@@ -112,17 +111,27 @@ class Maker {
 
   void judge_made(MadeAtlas& made) const {
     const AtlasEvaluator evaluator(made.atlas);
-    std::vector<float> values(held_back_.values.size());
-    for_all(held_back_.pairs.size(), kBlock, [&](std::size_t k) {
-      evaluator.evaluate(held_back_.pairs[k], std::span<float, 3>(values.data() + 3 * k, 3));
+    const std::size_t channels = sliced_.sliced.channel_count();
+    std::vector<float> values(from_slices_.values.size());
+    for_all(from_slices_.pairs.size(), kBlock, [&](std::size_t k) {
+      std::array<float, 3> rgb{};
+      evaluator.evaluate(from_slices_.pairs[k], rgb);
+      std::copy_n(rgb.begin(), channels, values.begin() + static_cast<std::ptrdiff_t>(k * channels));
     });
-    const HeldBackError error = judge(values, held_back_);
-    made.errors = {error.mre_percent, error.rel_l1_percent, held_back_.pairs.size()};
+    made.errors = errors_of(values, from_slices_);
+    made.of_source = errors_of(values, from_source_);
+  }
+
+  static AtlasErrors errors_of(std::span<const float> values, const HeldBack& held_back) {
+    const HeldBackError error = judge(values, held_back);
+    return {error.mre_percent, error.rel_l1_percent, held_back.pairs.size()};
   }
 
   const DecodedSliced& sliced_;
+  const BrdfSource& source_;
   const AtlasOptions& options_;
-  HeldBack held_back_;
+  HeldBack from_source_;
+  HeldBack from_slices_;  ///< the same directions
 };
 
 }  // namespace
@@ -140,8 +149,13 @@ Status check_atlas_options(const AtlasOptions& options) {
   return ok_status();
 }
 
-Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const AtlasOptions& options, const Progress& progress) {
-  return Maker(sliced, options).make(progress);
+Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source, const AtlasOptions& options,
+                             const Progress& progress) {
+  const std::size_t channels = sliced.sliced.channel_count();
+  if (channels != 1 && channels != 3) {
+    return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
+  }
+  return Maker(sliced, source, options).make(progress);
 }
 
 Result<std::vector<std::byte>> pack_texture(const Texture& texture, const AtlasOptions& options) {

@@ -1,21 +1,23 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "codec/atlas/atlas.h"
 #include "codec/file/encoder.h"
+#include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
+#include "formats/core/named.h"
 #include "formats/core/result.h"
 #include "formats/texture/texels.h"
 
 namespace sbrdf::internal {
 
 enum class AtlasContainer : std::uint8_t { kExr, kKtx2, kDds };
-inline constexpr std::array kAtlasContainerNames = {Named{"exr", AtlasContainer::kExr},
-                                                    Named{"ktx2", AtlasContainer::kKtx2},
-                                                    Named{"dds", AtlasContainer::kDds}};
+inline constexpr std::array kAtlasContainerNames = {
+    Named{"exr", AtlasContainer::kExr}, Named{"ktx2", AtlasContainer::kKtx2}, Named{"dds", AtlasContainer::kDds}};
 
 struct AtlasOptions {
   TexelFormat texel = TexelFormat::kRgba16f;
@@ -25,7 +27,7 @@ struct AtlasOptions {
   double max_error_percent = 0.5;
 };
 
-/// Against the slices, on directions drawn densely around highlights.
+/// On directions drawn densely around highlights.
 struct AtlasErrors {
   double mre_percent = 0;
   double rel_l1_percent = 0;
@@ -36,17 +38,19 @@ struct MadeAtlas {
   Atlas atlas;  ///< with the texels that its texture gives back
   Texture texture;
   TexelCounts counts;
-  AtlasErrors errors;
-  double tolerance = 0;  ///< of BakeOptions
-  bool reached = false;  ///< max_error_percent
+  AtlasErrors errors;     ///< against the slices
+  AtlasErrors of_source;  ///< against the source
+  double tolerance = 0;   ///< of BakeOptions
+  bool reached = false;   ///< max_error_percent
 };
 
 /// kUsage where the container does not hold such texels.
 [[nodiscard]] Status check_atlas_options(const AtlasOptions& options);
 
-/// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more.
-[[nodiscard]] Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const AtlasOptions& options,
-                                           const Progress& progress = {});
+/// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more. `source` is what
+/// the slices were made of, or they themselves.
+[[nodiscard]] Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source,
+                                           const AtlasOptions& options, const Progress& progress = {});
 
 /// The bytes of the texture's file.
 [[nodiscard]] Result<std::vector<std::byte>> pack_texture(const Texture& texture, const AtlasOptions& options);

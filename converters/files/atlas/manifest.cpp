@@ -252,7 +252,8 @@ void read_tables(MemberReader& reader, const Json& json, Atlas& atlas) {
   if (tables.size() != layout.tables.size()) return reader.refuse("tables", "has another length");
   for (std::size_t k = 0; k < tables.size(); ++k) {
     atlas.scales.push_back(read_scales(reader, tables[k], layout.tables[k].tile_count));
-    if (!same_without_scales(tables[k], table_json(layout, layout.tables[k]))) reader.refuse("tables", "does not follow from the axes");
+    if (!same_without_scales(tables[k], table_json(layout, layout.tables[k])))
+      reader.refuse("tables", "does not follow from the axes");
   }
   if (!layout.ring) return;
   const Json& ring = reader.member(json, "ring");
