@@ -9,9 +9,9 @@ namespace sbrdf::internal {
 
 // Bytes as one zstd frame that states how many they are.
 
-/// The smallest frame for its effort: a megabyte takes half a second.
+/// The smallest frame: a megabyte of texels takes 0.2 to 0.3 s.
 inline constexpr int kZstdSmallest = 19;
-/// Ten times as fast, a tenth larger.
+/// Ten to twenty times as fast; smooth textures take 15 to 35 % more.
 inline constexpr int kZstdQuick = 9;
 
 [[nodiscard]] std::vector<std::byte> pack_bytes(std::span<const std::byte> bytes, int level = kZstdSmallest);

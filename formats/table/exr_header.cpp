@@ -22,10 +22,16 @@ constexpr std::uint32_t kDeep = 0x800;
 constexpr std::uint32_t kMultiPart = 0x1000;
 constexpr std::size_t kLongestName = 255;
 constexpr std::size_t kMostChannels = 4096;
-/// The attributes that an image has to have; each stands once.
-constexpr std::array<std::string_view, 8> kNeeded = {"channels",           "compression",      "dataWindow",
-                                                     "displayWindow",      "lineOrder",        "pixelAspectRatio",
-                                                     "screenWindowCenter", "screenWindowWidth"};
+/// An attribute that an image has to have, once, and what its value is.
+struct Needed {
+  std::string_view name;
+  std::string_view type;
+  std::size_t size;  ///< of the value [bytes]; 0 where it varies
+};
+constexpr std::array kNeeded = {Needed{"channels", "chlist", 0},        Needed{"compression", "compression", 1},
+                                Needed{"dataWindow", "box2i", 16},      Needed{"displayWindow", "box2i", 16},
+                                Needed{"lineOrder", "lineOrder", 1},    Needed{"pixelAspectRatio", "float", 4},
+                                Needed{"screenWindowCenter", "v2f", 8}, Needed{"screenWindowWidth", "float", 4}};
 
 /// Rows that are packed together, of each compression that is read: none, RLE, ZIPS, ZIP, PIZ, PXR24.
 constexpr std::array<std::uint64_t, 6> kRowsOfBlock = {1, 1, 1, 16, 32, 16};
@@ -49,8 +55,10 @@ class HeaderWalker {
       if (name.size() > kLongestName) return wrong("an attribute with a name of more than 255 bytes", offset);
       if (Status taken = take_attribute(name); !taken) return taken.error();
     }
-    for (const std::string_view name : kNeeded) {
-      if (!seen_.contains(std::string(name))) return wrong(fmt::format("\"{}\" is missing", name), in_.offset());
+    for (const Needed& needed : kNeeded) {
+      if (!seen_.contains(std::string(needed.name))) {
+        return wrong(fmt::format("\"{}\" is missing", needed.name), in_.offset());
+      }
     }
     if (Status fits = check_blocks(); !fits) return fits.error();
     const auto header = start_.first(in_.offset());
@@ -106,12 +114,18 @@ class HeaderWalker {
     if (type.empty()) return wrong("an attribute without a type", type_offset);
     const std::span<const std::byte> value = in_.bytes(static_cast<std::uint64_t>(size));
     if (!seen_.insert(name).second) return wrong("an attribute stands twice", type_offset);
-    if (std::find(kNeeded.begin(), kNeeded.end(), name) == kNeeded.end()) {
+    const auto* const needed =
+        std::find_if(kNeeded.begin(), kNeeded.end(), [&](const Needed& known) { return known.name == name; });
+    if (needed == kNeeded.end()) {
       to_hide_.push_back(type_offset);
       if (name == attribute_ && type == "string") {
         parsed_.header.text.assign(reinterpret_cast<const char*>(value.data()), value.size());
       }
       return ok_status();
+    }
+    // The library takes as many bytes as the type has, and goes on from there.
+    if (type != needed->type || (needed->size != 0 && value.size() != needed->size)) {
+      return wrong(fmt::format("\"{}\" has another type or size", name), type_offset);
     }
     if (name == "channels") return take_channels(value, offset);
     if (name == "compression") return take_compression(value, offset);
@@ -145,6 +159,7 @@ class HeaderWalker {
       parsed_.header.channels.push_back({name, type == 1});
     }
     if (parsed_.header.channels.empty()) return wrong("no channels", offset);
+    if (in.remaining() > 0) return wrong("bytes after the list of channels", offset);
     return ok_status();
   }
 

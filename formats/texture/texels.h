@@ -11,8 +11,8 @@
 
 namespace sbrdf::internal {
 
-// 2-D textures of one level, as renderers upload them: what a texel is, and the bytes of a whole image. ktx2.h, dds.h
-// and exr_texture.h put them into files.
+// 2-D textures of one level, as renderers upload them: what a texel is, and the bytes of a whole image
+// (specs/texture-files.md). ktx2.h, dds.h and exr_texture.h put them into files.
 
 enum class TexelFormat : std::uint8_t {
   kRgb32f,        ///< three floats

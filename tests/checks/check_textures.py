@@ -250,10 +250,12 @@ def check_texels(program, folder, draw):
 
 def check_ktx2(program, folder, made):
     files = []
+    texts = ("", "abcd", "abcdefgh", "abcdefghijkl")  # texels then begin behind padding of every length
+    variants = [(False, {}), *((False, {"key": text}) for text in texts), (True, {}),
+                (True, {"zebra": "z", "Alpha": "is 1", "unicode": "\u03b8"})]
     for name in KTX2_FORMATS:
-        for zstd in (False, True):
-            keys = {"zebra": "z", "Alpha": "is 1", "unicode": "\u03b8"} if zstd else {}
-            path = folder / f"{name}{'.zstd' if zstd else ''}.ktx2"
+        for k, (zstd, keys) in enumerate(variants):
+            path = folder / f"{name}.{k}{'.zstd' if zstd else ''}.ktx2"
             run(program, "write", name, WIDTH, HEIGHT, folder / f"{name}.texels", path,
                 *(f"{key}={text}" for key, text in keys.items()))
             assert read_ktx2(name, path.read_bytes(), zstd, keys) == made[name], path

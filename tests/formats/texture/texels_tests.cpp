@@ -23,7 +23,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kLargest = std::numeric_limits<float>::max();
 
-// Of all 2^14 numbers of one channel the distance of the one nearest to `value`, with a given exponent.
+// The distance of `value` to the nearest of all 512 numbers that one channel has with a given exponent.
 double least_error(double value, int exponent) {
   double least = HUGE_VAL;
   for (int m = 0; m < 512; ++m) least = std::min(least, std::abs(std::ldexp(double(m), exponent - 24) - value));
@@ -38,7 +38,9 @@ void expect_nearest(const std::array<float, 3>& rgb) {
   const int exponent = static_cast<int>(texel >> 27U);
   const float largest = std::max({rgb[0], rgb[1], rgb[2]});
   for (std::size_t c = 0; c < 3; ++c) {
-    ASSERT_EQ(std::abs(double{back[c]} - rgb[c]), least_error(rgb[c], exponent)) << rgb[c] << " of " << largest;
+    const double error = std::abs(double{back[c]} - rgb[c]);
+    ASSERT_EQ(error, least_error(rgb[c], exponent)) << rgb[c] << " of " << largest;
+    ASSERT_LE(error, std::max(double{largest} / 511, std::ldexp(1, -25)));
   }
   ASSERT_TRUE(exponent == 0 || !holds(largest, exponent - 1)) << largest;
   ASSERT_TRUE(exponent == 31 || holds(largest, exponent)) << largest;

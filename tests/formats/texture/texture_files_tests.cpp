@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/texture/dds.h"
@@ -15,6 +16,7 @@
 namespace sbrdf::internal {
 namespace {
 
+using namespace std::string_view_literals;
 using testing::HasSubstr;
 
 using Bytes = std::vector<std::byte>;
@@ -242,6 +244,24 @@ TEST(ExrTexture, RefusesTruncations) {
   const Bytes file = *write_exr_texture(*encode_texels(TexelFormat::kRgb32f, 4, 20, rgb, counts));
   for (std::size_t size = 0; size < file.size(); ++size) {
     EXPECT_FALSE(read_exr(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size))).ok()) << size;
+  }
+}
+
+// The library does not look at these sizes: what it then takes for the next attribute can ask for any number of bytes.
+TEST(ExrTexture, RefusesAttributesOfASizeThatTheirTypeDoesNotHave) {
+  TexelCounts counts;
+  const std::vector<float> rgb(3 * 4 * 20, 0.5F);
+  const Bytes file = *write_exr_texture(*encode_texels(TexelFormat::kRgb32f, 4, 20, rgb, counts));
+  const std::string text(reinterpret_cast<const char*>(file.data()), file.size());
+  for (const std::string_view attribute :
+       {"compression\0compression\0"sv, "dataWindow\0box2i\0"sv, "displayWindow\0box2i\0"sv, "lineOrder\0lineOrder\0"sv,
+        "pixelAspectRatio\0float\0"sv, "screenWindowCenter\0v2f\0"sv, "screenWindowWidth\0float\0"sv}) {
+    const std::size_t size = text.find(attribute) + attribute.size();
+    for (const std::int32_t number : {0, 2, 17}) {
+      const Error error = error_with(file, size, number, read_exr);
+      EXPECT_EQ(error.code, ErrorCode::kInvalidFile) << attribute;
+      EXPECT_THAT(error.message, HasSubstr("another type or size")) << attribute;
+    }
   }
 }
 
