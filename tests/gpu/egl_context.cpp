@@ -45,8 +45,8 @@ Result<EGLDisplay> open_display() {
 // One for the process, never closed: to close it would end the contexts of other tests, and unload the driver, of whose
 // leaks a sanitizer could then no longer tell the origin.
 const Result<EGLDisplay>& the_display() {
-  static const Result<EGLDisplay> display = open_display();
-  return display;
+  static const Result<EGLDisplay> kDisplay = open_display();
+  return kDisplay;
 }
 
 EGLenum egl_api(GlApi api) { return api == GlApi::kEs30 ? EGL_OPENGL_ES_API : EGL_OPENGL_API; }

@@ -80,7 +80,8 @@ class GlContext::Impl {
   [[nodiscard]] const GlCalls& gl() const { return egl_->calls(); }
 
   /// The textures in the units from 0 on, and their uniforms set in the program.
-  Result<std::vector<GlObject>> bind(GLuint program, const std::string& shader, std::span<const GlTexture> textures) {
+  Result<std::vector<GlObject>> bind(GLuint program, const std::string& shader,
+                                     std::span<const GlTexture> textures) const {
     GLint most = 0;
     gl().get_integer(GL_MAX_TEXTURE_IMAGE_UNITS, &most);
     if (textures.size() > static_cast<std::size_t>(most)) {
@@ -179,6 +180,7 @@ Result<GlTiming> GlContext::time_frames(const std::string& shader, std::span<con
   GlTiming timing;
   timing.first_seconds = seconds_of_frame(gl, *target);
   std::vector<double> seconds;
+  seconds.reserve(static_cast<std::size_t>(frames));
   for (int frame = 0; frame < frames; ++frame) seconds.push_back(seconds_of_frame(gl, *target));
   std::sort(seconds.begin(), seconds.end());
   timing.fastest_seconds = seconds.front();

@@ -60,13 +60,15 @@ struct GlTiming {
 };
 
 /// An OpenGL context without display or window, drawn by the processor: Mesa's llvmpipe, unless the environment
-/// variables LIBGL_ALWAYS_SOFTWARE and GALLIUM_DRIVER say otherwise. Subnormal numbers count as 0 there. All cores take
-/// part; LP_NUM_THREADS=1 in the environment makes it one. Each member must be called on the thread that made the
+/// variables LIBGL_ALWAYS_SOFTWARE and GALLIUM_DRIVER say otherwise. Subnormal numbers count as 0 in what is computed.
+/// All cores take part; LP_NUM_THREADS=1 in the environment makes it one. Linear filters weigh in full single
+/// precision, where most GPUs have steps of 1/256 of a texel. Each member must be called on the thread that made the
 /// context.
 ///
 /// Shaders are what a user would paste into a fragment shader: they declare the samplers that they use. Lines in
-/// messages count from the first of the given text. A text that begins with `#version` gets nothing put before it; only
-/// such a text may have `#extension`. The names harness_* and main are taken.
+/// messages count from the first of the given text; those from 100001 on are of the `main` behind it. A text that
+/// begins with `#version` gets nothing put before it; only such a text may have `#extension`. The names harness_* and
+/// main are taken.
 ///
 /// kUnsupported where there is no driver or it lacks something; kUsage where a shader or a texture is wrong: the
 /// message is then the driver's whole log.

@@ -13,6 +13,7 @@
 namespace sbrdf::internal {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 class GlHarness : public testing::TestWithParam<GlApi> {};
@@ -418,7 +419,10 @@ TEST_P(GlHarness, RefusesWhatCannotBeDrawn) {
   EXPECT_EQ(message({"atlas", GlFormat::kRgb32f, 0, 1, one}), "0 x 1 texels; a side has 1 to 16384");
   EXPECT_EQ(message({"no_such", GlFormat::kRgb32f, 1, 1, one}), "the shader has no sampler2D no_such");
   EXPECT_EQ(message({"atlas", GlFormat::kRgb32f, 1, 1, one}, 12), "inputs are 8 floats each");
-  EXPECT_THAT(context.evaluate("vec3 walk(vec3 a) { return a; }\n", {}, {}).error().message, HasSubstr("run"));
+  // Lines of what stands behind the text are not taken for those of the text.
+  const auto without_run = context.evaluate("vec3 walk(vec3 a) { return a; }\n", {}, {});
+  ASSERT_FALSE(without_run.ok());
+  EXPECT_THAT(without_run.error().message, AllOf(HasSubstr("0:10000"), HasSubstr("run")));
 }
 
 TEST_P(GlHarness, FramesAreTimedAndComeBack) {
@@ -462,6 +466,8 @@ TEST(GlContexts, TwoLiveSideBySide) {
     ASSERT_TRUE(values.ok()) << values.error().message;
     EXPECT_EQ(*values, std::vector<float>(3, 2));
   }
+  EXPECT_THAT(es.driver(), HasSubstr("OpenGL ES"));
+  EXPECT_THAT(core.driver(), HasSubstr("Core Profile"));
 }
 
 }  // namespace

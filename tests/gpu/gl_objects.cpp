@@ -39,6 +39,9 @@ Layout layout_of(GlFormat format) {
   std::abort();
 }
 
+// Mesa heeds the number of a line, but not that of a source string behind it.
+constexpr int kMainLine = 100001;
+
 constexpr const char* kVertexShader = R"(
 void main() {
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -159,7 +162,8 @@ Result<GlObject> make_texture(const GlCalls& gl, const GlTexture& texture, int u
 
 Result<GlObject> make_program(const GlCalls& gl, GlApi api, const std::string& shader, const std::string& main) {
   const std::array<std::string, 1> vertex_parts = {version_line(api, shader) + kVertexShader};
-  const std::array<std::string, 3> fragment_parts = {prelude(api, shader), shader, "\n#line 1 1\n" + main};
+  const std::array<std::string, 3> fragment_parts = {prelude(api, shader), shader,
+                                                     fmt::format("\n#line {}\n", kMainLine) + main};
   Result<GlObject> vertex = compile(gl, GL_VERTEX_SHADER, vertex_parts);
   if (!vertex) return vertex.error();
   Result<GlObject> fragment = compile(gl, GL_FRAGMENT_SHADER, fragment_parts);
