@@ -7,7 +7,7 @@
 #   SBRDF_SKIP_INSTALL=1        do not look for missing packages
 #   SBRDF_TEST_DATA=FOLDER      measured files (default: ../shared/data beside this repository)
 #   SBRDF_FUZZ_SECONDS=10       run each fuzzer for so long (default: 0, not at all; 10 with CI=true)
-#   CI=true                     missing measured files are a failure, not a skipped test
+#   CI=true                     missing measured files, and what runs or checks shaders, are failures, not skipped tests
 set -uo pipefail
 export LC_ALL=C
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
@@ -15,7 +15,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
 read -ra presets <<< "${SBRDF_PRESETS:-dev release}"
 read -ra ctest_args <<< "${SBRDF_CTEST_ARGS:-}"
 if [ "${CI:-}" = true ]; then
-  export SBRDF_REQUIRE_TEST_DATA=1
+  export SBRDF_REQUIRE_TEST_DATA=1 SBRDF_REQUIRE_SHADER_TOOLS=1
 fi
 if [ -z "${SBRDF_SKIP_INSTALL:-}" ]; then
   ./tools/install_packages.sh || exit 1
