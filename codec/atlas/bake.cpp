@@ -72,6 +72,17 @@ double coordinate_in(const AtlasAxis& axis, std::size_t cell, double t) {
   return low + (axis.root_spacing && cell == 0 ? t * t : t) * (axis.nodes_deg[cell + 1] - low);
 }
 
+std::vector<std::uint32_t> steps_of(const AtlasAxis& axis) {
+  std::vector<std::uint32_t> steps;
+  for (std::size_t k = 1; k < axis.texels.size(); ++k) steps.push_back(axis.texels[k] - axis.texels[k - 1]);
+  return steps;
+}
+
+void set_steps(AtlasAxis& axis, const std::vector<std::uint32_t>& steps) {
+  axis.texels.assign(1, 0);
+  for (const std::uint32_t count : steps) axis.texels.push_back(axis.texels.back() + count);
+}
+
 /// Chooses how many texels each cell of an axis gets.
 class TexelChoice {
  public:
@@ -83,8 +94,7 @@ class TexelChoice {
     const std::size_t cells = axis.nodes_deg.size() - 1;
     std::vector<std::uint32_t> steps(cells);
     parallel_for(cells, [&](std::uint64_t cell) { steps[cell] = steps_for(along, axis, cell, lines); });
-    axis.texels.assign(1, 0);
-    for (const std::uint32_t count : steps) axis.texels.push_back(axis.texels.back() + count);
+    set_steps(axis, steps);
   }
 
  private:
@@ -240,14 +250,29 @@ class Filling {
   Atlas& atlas_;
 };
 
-/// Gives both polar axes of the elevation frame, which have the same nodes, the same texels: one ring serves both
-/// poles.
-void share_texels(AtlasAxis& a, AtlasAxis& b) {
-  std::vector<std::uint32_t> texels = {0};
-  for (std::size_t k = 1; k < a.texels.size(); ++k) {
-    texels.push_back(texels.back() + std::max(a.texels[k] - a.texels[k - 1], b.texels[k] - b.texels[k - 1]));
+/// In the elevation frame exchanging light and view turns u into 360 - u and s into s + 360, and the elevations change
+/// places. Texels that do not follow would make a step where theta_i = theta_v.
+void make_reciprocal(AtlasLayout& layout) {
+  AtlasAxis& s = layout.axes[kAxial];
+  AtlasAxis& u = layout.axes[kDiagonal];
+  if (s.moves()) {
+    const std::vector<std::uint32_t> steps = steps_of(s);
+    std::vector<std::uint32_t> both = steps;
+    for (std::size_t k = 0; k < steps.size(); ++k)
+      both[k] = std::max(steps[k], steps[(k + steps.size() / 2) % steps.size()]);
+    set_steps(s, both);
   }
-  a.texels = b.texels = texels;
+  if (u.moves() && u.nodes_deg.back() == 360) {
+    const std::vector<std::uint32_t> steps = steps_of(u);
+    std::vector<std::uint32_t> both = steps;
+    for (std::size_t k = 0; k < steps.size(); ++k) both[k] = std::max(steps[k], steps[steps.size() - 1 - k]);
+    set_steps(u, both);
+  }
+  const std::vector<std::uint32_t> view = steps_of(layout.axes[kHorizontal]);
+  std::vector<std::uint32_t> both = steps_of(layout.axes[kVertical]);
+  for (std::size_t k = 0; k < both.size(); ++k) both[k] = std::max(both[k], view[k]);
+  set_steps(layout.axes[kHorizontal], both);
+  set_steps(layout.axes[kVertical], both);
 }
 
 AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice) {
@@ -298,7 +323,7 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     if (layout.axes[axis].moves()) choice.choose(axis, layout.axes[axis]);
   }
-  if (layout.frame == FrameId::kElevation) share_texels(layout.axes[kHorizontal], layout.axes[kVertical]);
+  if (layout.frame == FrameId::kElevation) make_reciprocal(layout);
   if (all_move) {
     const Merging merging = geometry(layout.frame).mergings().front();
     const AtlasAxis& ring_axis = layout.axes[merging.ring_axis];
