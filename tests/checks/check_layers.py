@@ -23,6 +23,7 @@ ROOMS = {
         "zemax": ["core"],
         "klems": ["core"],
         "table": ["core"],
+        "texture": ["core"],
     },
     "codec": {
         "frame": [],
