@@ -67,8 +67,8 @@ struct Bc6hBlock {
   return (first * (64 - weight) + second * weight + 32) >> 6;
 }
 
-/// What was mixed, as the bits of a half: 31/64 of it, or 31/32 and the sign. The size is at most 0x7BFF (65504); -0x8000
-/// alone becomes minus infinity. -1 becomes +0, as Direct3D says; the extension's words give -0.
+/// What was mixed, as the bits of a half: 31/64 of it, or 31/32 and the sign. The size is at most 0x7BFF (65504);
+/// -0x8000 alone becomes minus infinity. -1 becomes +0, as Direct3D says; the extension's words give -0.
 [[nodiscard]] constexpr std::uint16_t finish_bc6h(std::int32_t mixed, bool is_signed) {
   if (!is_signed) return static_cast<std::uint16_t>(mixed * 31 >> 6);
   if (mixed >= 0) return static_cast<std::uint16_t>(mixed * 31 >> 5);
