@@ -272,14 +272,4 @@ bool fits_bc6h(const Bc6hMode& mode, const std::array<Bc6hEndpoint, 4>& endpoint
   return true;
 }
 
-std::int32_t unquantise_bc6h(std::int32_t value, int endpoint_bits, bool is_signed) {
-  const int bits = is_signed ? endpoint_bits - 1 : endpoint_bits;
-  if (endpoint_bits >= 15) return value;
-  const std::int32_t size = value < 0 ? -value : value;
-  const std::int32_t scaled = size == 0                               ? 0
-                              : size >= (std::int32_t{1} << bits) - 1 ? (is_signed ? 0x7FFF : 0xFFFF)
-                                                                      : ((size << 15) + 0x4000) >> (endpoint_bits - 1);
-  return value < 0 ? -scaled : scaled;
-}
-
 }  // namespace sbrdf::internal

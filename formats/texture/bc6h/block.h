@@ -60,7 +60,14 @@ struct Bc6hBlock {
 
 /// An endpoint's channel as a number on the scale on which colours are mixed: [0, 0xFFFF], or [-0x7FFF, 0x7FFF] signed
 /// (-0x8000 with 16 bits).
-[[nodiscard]] std::int32_t unquantise_bc6h(std::int32_t value, int endpoint_bits, bool is_signed);
+[[nodiscard]] constexpr std::int32_t unquantise_bc6h(std::int32_t value, int endpoint_bits, bool is_signed) {
+  if (endpoint_bits == 16 || value == 0) return value;
+  const std::int32_t size = value < 0 ? -value : value;
+  const std::int32_t last = (std::int32_t{1} << (is_signed ? endpoint_bits - 1 : endpoint_bits)) - 1;
+  const std::int32_t largest = is_signed ? 0x7FFF : 0xFFFF;
+  const std::int32_t scaled = size >= last ? largest : ((size << 15) + 0x4000) >> (endpoint_bits - 1);
+  return value < 0 ? -scaled : scaled;
+}
 
 /// Two such numbers mixed. `weight`: of the second one [1/64].
 [[nodiscard]] constexpr std::int32_t mix_bc6h(std::int32_t first, std::int32_t second, int weight) {

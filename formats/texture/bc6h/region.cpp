@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace sbrdf::internal {
 
 namespace {
-
-constexpr float kFar = std::numeric_limits<float>::max();
 
 // The middle of what becomes this half.
 float mixed_from_half(std::uint16_t half, bool is_signed) {
@@ -19,7 +16,7 @@ float mixed_from_half(std::uint16_t half, bool is_signed) {
   return (half & 0x8000U) != 0 ? -mixed : mixed;
 }
 
-void pad(Bc6hRegion& region) { region.padded_size = (region.size + 3) / 4 * 4; }
+void pad(Bc6hRegion& region) { region.padded_size = (region.size + 7) / 8 * 8; }
 
 void append(Bc6hRegion& region, const Bc6hRegion& whole, std::size_t texel) {
   const std::size_t at = region.size++;
@@ -30,12 +27,6 @@ void append(Bc6hRegion& region, const Bc6hRegion& whole, std::size_t texel) {
     region.mixed[channel][at] = whole.mixed[channel][texel];
     region.fit_weight[channel][at] = whole.fit_weight[channel][texel];
   }
-}
-
-float weighted_sum(const Bc6hRegion& region, const Bc6hRow& errors) {
-  float sum = 0;
-  for (std::size_t at = 0; at < region.size; ++at) sum += region.weight[at] * errors[at];
-  return sum;
 }
 
 }  // namespace
@@ -81,69 +72,6 @@ std::array<Bc6hRegion, 2> split_bc6h_region(const Bc6hRegion& whole, std::size_t
   }
   for (Bc6hRegion& region : regions) pad(region);
   return regions;
-}
-
-Bc6hRow make_bc6h_palette(const Bc6hScale& scale, std::int32_t first, std::int32_t second) {
-  const std::int32_t a = unquantise_bc6h(first, scale.endpoint_bits, scale.is_signed);
-  const std::int32_t b = unquantise_bc6h(second, scale.endpoint_bits, scale.is_signed);
-  const std::uint8_t* const weights = scale.weights();
-  Bc6hRow palette{};
-  for (int k = 0; k < scale.index_count; ++k) {
-    palette[static_cast<std::size_t>(k)] =
-        bc6h_metric_value(scale.metric, finish_bc6h(mix_bc6h(a, b, weights[k]), scale.is_signed));
-  }
-  return palette;
-}
-
-Bc6hMatch match_bc6h(const Bc6hRegion& region, const Bc6hScale& scale, const Bc6hRows& palette) {
-  Bc6hMatch match;
-  Bc6hRow best;
-  best.fill(kFar);
-  std::array<std::int32_t, 16>& indices = match.indices;
-  float anchor_error = kFar;
-  std::int32_t anchor_index = 0;
-  for (std::int32_t k = 0; k < scale.index_count; ++k) {
-    const auto index = static_cast<std::size_t>(k);
-    const float r = palette[0][index];
-    const float g = palette[1][index];
-    const float b = palette[2][index];
-    for (std::size_t at = 0; at < region.padded_size; ++at) {
-      const float dr = region.value[0][at] - r;
-      const float dg = region.value[1][at] - g;
-      const float db = region.value[2][at] - b;
-      const float error = dr * dr + dg * dg + db * db;
-      indices[at] = error < best[at] ? k : indices[at];
-      best[at] = error < best[at] ? error : best[at];
-    }
-    if (2 * (k + 1) == scale.index_count) {
-      anchor_error = best[0];
-      anchor_index = indices[0];
-    }
-  }
-  best[0] = anchor_error;
-  indices[0] = anchor_index;
-  match.error = weighted_sum(region, best);
-  return match;
-}
-
-float bc6h_channel_error(const Bc6hRegion& region, const Bc6hScale& scale, const std::array<Bc6hRow, 16>& others,
-                         const Bc6hRow& palette, std::size_t channel) {
-  Bc6hRow best;
-  best.fill(kFar);
-  float anchor_error = kFar;
-  const Bc6hRow& value = region.value[channel];
-  for (int k = 0; k < scale.index_count; ++k) {
-    const auto index = static_cast<std::size_t>(k);
-    const float colour = palette[index];
-    for (std::size_t at = 0; at < region.padded_size; ++at) {
-      const float difference = value[at] - colour;
-      const float error = others[index][at] + difference * difference;
-      best[at] = error < best[at] ? error : best[at];
-    }
-    if (2 * (k + 1) == scale.index_count) anchor_error = best[0];
-  }
-  best[0] = anchor_error;
-  return weighted_sum(region, best);
 }
 
 }  // namespace sbrdf::internal

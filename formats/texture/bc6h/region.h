@@ -12,8 +12,8 @@
 
 namespace sbrdf::internal {
 
-/// A half on the scale on which errors are measured: an error is the squared difference of two such numbers. This
-/// function and bc6h_metric_slope alone know what the metrics are.
+/// A half on the scale on which errors are measured: an error is the squared difference of two such numbers. What the
+/// metrics are is said here, in bc6h_metric_slope, and for several colours at once in make_palette (kernel.cpp).
 [[nodiscard]] inline float bc6h_metric_value(Bc6hMetric metric, std::uint16_t half) {
   const bool negative = (half & 0x8000U) != 0;
   const std::uint32_t size = half & 0x7FFFU;
@@ -31,10 +31,10 @@ using Bc6hRow = std::array<float, 16>;
 /// The same for each channel.
 using Bc6hRows = std::array<Bc6hRow, 3>;
 
-/// Texels that share endpoints, laid side by side so that a loop may take four at a time.
+/// Texels that share endpoints, laid side by side so that a loop may take eight at a time.
 struct Bc6hRegion {
   std::size_t size = 0;
-  std::size_t padded_size = 0;            ///< `size`, up to the next multiple of 4; what is behind weighs nothing
+  std::size_t padded_size = 0;            ///< `size`, up to the next multiple of 8; what is behind weighs nothing
   std::array<std::uint8_t, 16> texels{};  ///< positions in the block; the anchor first
   Bc6hRows value{};                       ///< wanted, on the scale of the metric
   Bc6hRows mixed{};                       ///< wanted, on the scale on which colours are mixed
@@ -60,21 +60,5 @@ struct Bc6hScale {
     return index_count == 8 ? kBc6hWeights3.data() : kBc6hWeights4.data();
   }
 };
-
-/// A channel of the colours between two endpoints, for each index, on the scale of the metric.
-[[nodiscard]] Bc6hRow make_bc6h_palette(const Bc6hScale& scale, std::int32_t first, std::int32_t second);
-
-/// The index of the nearest colour for each texel in the order of the region, and the sum of what it is off. The anchor
-/// takes one of the lower half.
-struct Bc6hMatch {
-  float error = 0;
-  std::array<std::int32_t, 16> indices{};
-};
-[[nodiscard]] Bc6hMatch match_bc6h(const Bc6hRegion& region, const Bc6hScale& scale, const Bc6hRows& palette);
-
-/// The least error where two channels are settled: `others` holds what they are off, by index and texel.
-[[nodiscard]] float bc6h_channel_error(const Bc6hRegion& region, const Bc6hScale& scale,
-                                       const std::array<Bc6hRow, 16>& others, const Bc6hRow& palette,
-                                       std::size_t channel);
 
 }  // namespace sbrdf::internal

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "formats/texture/bc6h/kernel.h"
+
 namespace sbrdf::internal {
 
 namespace {
@@ -23,7 +25,8 @@ std::int32_t largest_endpoint(int endpoint_bits, bool is_signed) {
 std::int32_t quantise(float mixed, int endpoint_bits, bool is_signed) {
   const float size = is_signed ? std::abs(mixed) : std::max(mixed, 0.0F);
   const std::int32_t last = largest_endpoint(endpoint_bits, is_signed);
-  const float steps = std::min(std::ldexp(size, endpoint_bits - 16), static_cast<float>(last) + 1);
+  const float steps =
+      std::min(size * static_cast<float>(std::int32_t{1} << endpoint_bits) / 65536, static_cast<float>(last) + 1);
   std::int32_t value = 0;
   if (endpoint_bits == 16) {
     value = static_cast<std::int32_t>(steps + 0.5F);
@@ -36,17 +39,15 @@ std::int32_t quantise(float mixed, int endpoint_bits, bool is_signed) {
   return mixed < 0 ? -value : value;
 }
 
-Bc6hRows make_palettes(const Bc6hScale& scale, const Bc6hTrial& trial, std::size_t region) {
-  Bc6hRows palettes;
-  for (std::size_t c = 0; c < 3; ++c) {
-    palettes[c] = make_bc6h_palette(scale, trial.endpoints[2 * region][c], trial.endpoints[2 * region + 1][c]);
-  }
-  return palettes;
+std::array<Bc6hEnds, 3> ends_of(const Bc6hTrial& trial, std::size_t region) {
+  const Bc6hEndpoint& first = trial.endpoints[2 * region];
+  const Bc6hEndpoint& second = trial.endpoints[2 * region + 1];
+  return {{{first[0], second[0]}, {first[1], second[1]}, {first[2], second[2]}}};
 }
 
 void judge(std::span<const Bc6hRegion> regions, const Bc6hScale& scale, Bc6hTrial& trial) {
   for (std::size_t k = 0; k < regions.size(); ++k) {
-    trial.errors[k] = match_bc6h(regions[k], scale, make_palettes(scale, trial, k)).error;
+    trial.errors[k] = match_bc6h(regions[k], scale, ends_of(trial, k)).error;
   }
 }
 
@@ -95,40 +96,37 @@ class ChannelSearch {
  public:
   ChannelSearch(const Bc6hRegion& region, const Bc6hOptions& options, std::size_t k, std::size_t channel,
                 Bc6hTrial& trial)
-      : region_(region), scale_(scale_of(trial.mode, options)), k_(k), channel_(channel), trial_(trial) {
-    const Bc6hRows palettes = make_palettes(scale_, trial, k);
-    const std::size_t c1 = (channel + 1) % 3;
-    const std::size_t c2 = (channel + 2) % 3;
-    for (std::size_t index = 0; index < static_cast<std::size_t>(scale_.index_count); ++index) {
-      for (std::size_t at = 0; at < region.padded_size; ++at) {
-        const float d1 = region.value[c1][at] - palettes[c1][index];
-        const float d2 = region.value[c2][at] - palettes[c2][index];
-        others_[index][at] = d1 * d1 + d2 * d2;
-      }
-    }
-  }
+      : region_(region),
+        scale_(scale_of(trial.mode, options)),
+        k_(k),
+        channel_(channel),
+        trial_(trial),
+        others_(other_channels_bc6h(region, scale_, ends_of(trial, k), channel)) {}
 
   // Whether a step made it better.
   bool step() {
     const std::size_t first = 2 * k_;
     std::array<std::int32_t, 4> values = channel_of(trial_, channel_);
-    const std::array<std::int32_t, 2> here = {values[first], values[first + 1]};
-    bool better = false;
+    const Bc6hEnds here = {values[first], values[first + 1]};
+    std::array<Bc6hEnds, 8> ends{};
+    std::array<float, 8> errors{};
+    std::size_t count = 0;
     for (std::int32_t a = -1; a <= 1; ++a) {
       for (std::int32_t b = -1; b <= 1; ++b) {
         values[first] = here[0] + a;
         values[first + 1] = here[1] + b;
         if ((a == 0 && b == 0) || !fits(kBc6hModes[trial_.mode], scale_.is_signed, channel_, values)) continue;
-        const Bc6hRow palette = make_bc6h_palette(scale_, values[first], values[first + 1]);
-        const float error = bc6h_channel_error(region_, scale_, others_, palette, channel_);
-        if (!(error < trial_.errors[k_])) continue;
-        trial_.errors[k_] = error;
-        trial_.endpoints[first][channel_] = values[first];
-        trial_.endpoints[first + 1][channel_] = values[first + 1];
-        better = true;
+        ends[count++] = {values[first], values[first + 1]};
       }
     }
-    return better;
+    channel_errors_bc6h(region_, scale_, others_, channel_, std::span(ends).first(count), errors);
+    const auto best = std::min_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(count));
+    if (count == 0 || !(*best < trial_.errors[k_])) return false;
+    trial_.errors[k_] = *best;
+    for (std::size_t end = 0; end < 2; ++end) {
+      trial_.endpoints[first + end][channel_] = ends[static_cast<std::size_t>(best - errors.begin())][end];
+    }
+    return true;
   }
 
  private:
@@ -137,7 +135,7 @@ class ChannelSearch {
   std::size_t k_;
   std::size_t channel_;
   Bc6hTrial& trial_;
-  std::array<Bc6hRow, 16> others_{};  // what the other two channels are off, by index and texel
+  Bc6hOthers others_;
 };
 
 // Moves all channels of a region's endpoints at once. Whether that made it better.
@@ -155,7 +153,7 @@ bool move_together(const Bc6hRegion& region, const Bc6hOptions& options, std::si
         fit = fit && fits(kBc6hModes[trial.mode], options.is_signed, c, channel_of(next, c));
       }
       if (!fit) continue;
-      next.errors[k] = match_bc6h(region, scale, make_palettes(scale, next, k)).error;
+      next.errors[k] = match_bc6h(region, scale, ends_of(next, k)).error;
       if (next.errors[k] < best.errors[k]) best = next;
     }
   }
@@ -230,7 +228,7 @@ void refit_bc6h_trial(std::span<const Bc6hRegion> regions, const Bc6hOptions& op
   for (int round = 0; round < rounds; ++round) {
     std::array<Bc6hLine, 2> lines;
     for (std::size_t k = 0; k < regions.size(); ++k) {
-      const Bc6hMatch match = match_bc6h(regions[k], scale, make_palettes(scale, trial, k));
+      const Bc6hMatch match = match_bc6h(regions[k], scale, ends_of(trial, k));
       const bool straight = options.metric == Bc6hMetric::kLog;
       lines[k] =
           straight ? fit_bc6h_line(regions[k], regions[k].fit_weight, match.indices, scale)
@@ -251,7 +249,7 @@ void try_bc6h_lines(std::span<const Bc6hRegion> regions, std::span<const Bc6hLin
   for (const Bc6hLine& line : lines) {
     Bc6hTrial other = trial;
     if (!put_line(line, k, options.is_signed, other)) continue;
-    other.errors[k] = match_bc6h(regions[k], scale, make_palettes(scale, other, k)).error;
+    other.errors[k] = match_bc6h(regions[k], scale, ends_of(other, k)).error;
     others.push_back(other);
   }
   const auto end = others.begin() + static_cast<std::ptrdiff_t>(std::min(others.size(), polished));
@@ -278,7 +276,7 @@ Bc6hBytes emit_bc6h_trial(std::span<const Bc6hRegion> regions, const Bc6hOptions
   const Bc6hScale scale = scale_of(trial.mode, options);
   Bc6hBlock block{.mode = trial.mode, .partition = trial.partition, .endpoints = trial.endpoints};
   for (std::size_t k = 0; k < regions.size(); ++k) {
-    const Bc6hMatch match = match_bc6h(regions[k], scale, make_palettes(scale, trial, k));
+    const Bc6hMatch match = match_bc6h(regions[k], scale, ends_of(trial, k));
     for (std::size_t at = 0; at < regions[k].size; ++at) {
       block.indices[regions[k].texels[at]] = static_cast<std::uint8_t>(match.indices[at]);
     }

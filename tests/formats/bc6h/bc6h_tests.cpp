@@ -13,6 +13,8 @@
 #include "formats/core/half.h"
 #include "formats/core/parallel.h"
 #include "formats/texture/bc6h/block.h"
+#include "formats/texture/bc6h/kernel.h"
+#include "formats/texture/bc6h/region.h"
 #include "tests/formats/bc6h/drawn_blocks.h"
 #include "tests/formats/bc6h/long_search.h"
 
@@ -126,6 +128,51 @@ TEST(Bc6hBlocks, AreTheSameBytesAfterParsingAndEmitting) {
     ASSERT_EQ(emit_bc6h_block(*block), bytes);
   }
   EXPECT_GT(*std::min_element(seen.begin(), seen.end()), 200);
+}
+
+// The regions of a block that hold just what it decodes to, and the errors of its own endpoints there.
+std::vector<std::pair<Bc6hRegion, Bc6hMatch>> matches_of(const Bc6hBlock& block, const Bc6hTexels& texels,
+                                                         const Bc6hOptions& options) {
+  std::array<float, 16> weights{};
+  weights.fill(1);
+  const Bc6hMode& mode = kBc6hModes[block.mode];
+  const Bc6hRegion whole = make_bc6h_region(texels, weights, options);
+  const std::array<Bc6hRegion, 2> parts = split_bc6h_region(whole, block.partition);
+  const Bc6hScale scale = {mode.endpoint_bits, mode.index_count(), options.is_signed, options.metric};
+  std::vector<std::pair<Bc6hRegion, Bc6hMatch>> matches;
+  for (std::size_t k = 0; k < mode.region_count; ++k) {
+    std::array<Bc6hEnds, 3> ends{};
+    for (std::size_t c = 0; c < 3; ++c) ends[c] = {block.endpoints[2 * k][c], block.endpoints[2 * k + 1][c]};
+    const Bc6hRegion& region = mode.region_count == 1 ? whole : parts[k];
+    matches.emplace_back(region, match_bc6h(region, scale, ends));
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::array<float, 1> error{-1};
+      channel_errors_bc6h(region, scale, other_channels_bc6h(region, scale, ends, c), c, std::span(&ends[c], 1), error);
+      EXPECT_EQ(error[0], matches.back().second.error);
+    }
+  }
+  return matches;
+}
+
+TEST(Bc6hKernel, SeesWhatTheDecoderMakes) {
+  std::mt19937 draw(9);
+  for (int k = 0; k < 20000; ++k) {
+    Bc6hBytes bytes;
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(draw());
+    const Bc6hOptions options{.is_signed = k % 2 == 1, .metric = k % 4 < 2 ? Bc6hMetric::kLog : Bc6hMetric::kLinear};
+    std::optional<Bc6hBlock> block = parse_bc6h_block(bytes, options.is_signed);
+    if (!block) continue;
+    const Bc6hTexels texels = decode_bc6h_block(bytes, options.is_signed);
+    for (const auto& [region, match] : matches_of(*block, texels, options)) {
+      ASSERT_EQ(match.error, 0) << k;
+      for (std::size_t at = 0; at < region.size; ++at) {
+        block->indices[region.texels[at]] = static_cast<std::uint8_t>(match.indices[at]);
+      }
+    }
+    // Other indices may mean the same colours.
+    if (!fits_bc6h(kBc6hModes[block->mode], block->endpoints)) continue;
+    ASSERT_EQ(decode_bc6h_block(emit_bc6h_block(*block), options.is_signed), texels) << k;
+  }
 }
 
 TEST(Bc6hEncode, KeepsOneColour) {
