@@ -28,7 +28,8 @@ struct Effort {
   std::size_t polished_lines = 0;  // of these
   std::size_t polished = 0;        // trials, in the end
 };
-constexpr Effort kFastEffort = {.partitions = 3, .kept = 2, .polished = 1};
+constexpr Effort kFastEffort = {
+    .partitions = 3, .kept = 3, .lined = 1, .worth_lines = 1, .lines = 28, .polished_lines = 1, .polished = 2};
 constexpr Effort kThoroughEffort = {.partitions = kBc6hPartitionCount,
                                     .kept = 12,
                                     .lined = 12,
@@ -58,15 +59,7 @@ class Search {
   Bc6hBytes best() {
     try_one_region();
     if (!done()) try_two_regions();
-    for (Bc6hTrial& trial : trials_) refit_bc6h_trial(regions_of(trial), options_, kMostRefits, trial);
-    std::stable_sort(trials_.begin(), trials_.end(), is_better);
-    const float worth = effort_.worth_lines * trials_.front().error();
-    for (std::size_t k = 0; k < std::min(trials_.size(), effort_.lined); ++k) {
-      if (trials_[k].error() <= worth) try_lines(trials_[k]);
-    }
-    for (std::size_t k = 0; k < std::min(trials_.size(), effort_.polished); ++k) {
-      polish_bc6h_trial(regions_of(trials_[k]), options_, trials_[k]);
-    }
+    if (!done()) improve();
     const Bc6hTrial& best = *std::min_element(trials_.begin(), trials_.end(), is_better);
     return emit_bc6h_trial(regions_of(best), options_, best);
   }
@@ -80,8 +73,7 @@ class Search {
   }
 
   void keep(const Bc6hTrial& trial) {
-    const auto at = std::upper_bound(trials_.begin(), trials_.end(), trial,
-                                     [](const Bc6hTrial& a, const Bc6hTrial& b) { return a.error() < b.error(); });
+    const auto at = std::upper_bound(trials_.begin(), trials_.end(), trial, is_better);
     if (at == trials_.end() && trials_.size() == effort_.kept) return;
     trials_.insert(at, trial);
     if (trials_.size() > effort_.kept) trials_.pop_back();
@@ -120,8 +112,28 @@ class Search {
       const bool seen = std::any_of(part.weight.begin(), part.weight.end(), [](float weight) { return weight > 0; });
       lines[k] = seen ? fit_bc6h_line(part, 8) : whole_line_;
     }
+    const auto stretched = stretched_bc6h_lines(parts_[partition][0], lines[0], 8);
     for (std::uint8_t mode = 0; mode < kTwoRegionModes; ++mode) {
-      keep(make_bc6h_trial(parts_[partition], lines, mode, partition, options_));
+      Bc6hTrial best = make_bc6h_trial(parts_[partition], lines, mode, partition, options_);
+      if (best.is_cut) {  // perhaps not so from another place on the line
+        for (const Bc6hLine& line : stretched) {
+          const std::array<Bc6hLine, 2> others = {line, lines[1]};
+          best = std::min(best, make_bc6h_trial(parts_[partition], others, mode, partition, options_), is_better);
+        }
+      }
+      keep(best);
+    }
+  }
+
+  void improve() {
+    for (Bc6hTrial& trial : trials_) refit_bc6h_trial(regions_of(trial), options_, kMostRefits, trial);
+    std::stable_sort(trials_.begin(), trials_.end(), is_better);
+    const float worth = effort_.worth_lines * trials_.front().error();
+    for (std::size_t k = 0; k < std::min(trials_.size(), effort_.lined); ++k) {
+      if (trials_[k].error() <= worth) try_lines(trials_[k]);
+    }
+    for (std::size_t k = 0; k < std::min(trials_.size(), effort_.polished); ++k) {
+      polish_bc6h_trial(regions_of(trials_[k]), options_, trials_[k]);
     }
   }
 

@@ -198,6 +198,18 @@ std::array<std::int32_t, 16> indices_along(const Bc6hRegion& region, const Space
   return indices;
 }
 
+// How far along a line the anchor is, from 0 to 1; the middle where that cannot be told.
+float place_of_anchor(const Bc6hRegion& region, const Bc6hLine& line) {
+  float ahead = 0;
+  float length = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float difference = line.second[c] - line.first[c];
+    ahead += region.fit_weight[c][0] * (region.mixed[c][0] - line.first[c]) * difference;
+    length += region.fit_weight[c][0] * difference * difference;
+  }
+  return length > 0 ? std::clamp(ahead / length, 0.0F, 1.0F) : 0.5F;
+}
+
 }  // namespace
 
 Bc6hLine fit_bc6h_line(const Bc6hRegion& region, int index_count) {
@@ -272,12 +284,26 @@ Bc6hLine fit_bc6h_line(const Bc6hRegion& region, const Bc6hRows& fit_weight, std
 }
 
 void orient_bc6h_line(const Bc6hRegion& region, Bc6hLine& line) {
-  float ahead = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const float middle = 0.5F * (line.first[c] + line.second[c]);
-    ahead += region.fit_weight[c][0] * (region.mixed[c][0] - middle) * (line.second[c] - line.first[c]);
-  }
-  if (ahead > 0) std::swap(line.first, line.second);
+  if (place_of_anchor(region, line) > 0.5F) std::swap(line.first, line.second);
+}
+
+std::array<Bc6hLine, kBc6hStretches> stretched_bc6h_lines(const Bc6hRegion& region, const Bc6hLine& line,
+                                                          int index_count) {
+  // As far as an anchor may be.
+  const float farthest = static_cast<float>(index_count == 8 ? kBc6hWeights3[3] : kBc6hWeights4[7]) / 64;
+  const float place = place_of_anchor(region, line);
+  const float most = std::max((farthest - place) / (1 - farthest), 0.0F);
+  const float least = std::max((1 - place) / farthest, 1.0F) - 1;
+  const auto beyond = [](const std::array<float, 3>& from, const std::array<float, 3>& to, float share) {
+    std::array<float, 3> place_beyond{};
+    for (std::size_t c = 0; c < 3; ++c) place_beyond[c] = to[c] + share * (to[c] - from[c]);
+    return place_beyond;
+  };
+  const std::array<float, 3> far_end = beyond(line.second, line.first, least);
+  return {{{beyond(line.second, line.first, 0.5F * most), line.second},
+           {beyond(line.second, line.first, most), line.second},
+           {line.second, far_end},
+           {beyond(line.first, line.second, 0.5F), beyond(line.second, line.first, least + 0.5F)}}};
 }
 
 std::array<float, kBc6hPartitionCount> rate_bc6h_partitions(const Bc6hRegion& whole) {

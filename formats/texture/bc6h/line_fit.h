@@ -33,6 +33,14 @@ void fit_bc6h_lines(const Bc6hRegion& region, int index_count, std::span<Bc6hLin
 /// Turns a line round if the anchor is in its second half.
 void orient_bc6h_line(const Bc6hRegion& region, Bc6hLine& line);
 
+/// How many other lines stretched_bc6h_lines makes.
+inline constexpr std::size_t kBc6hStretches = 4;
+
+/// Lines along another one that go further, some of them the other way round; the anchor is in their first halves. They
+/// have less use for the indices, but begin elsewhere, so that differences from the first endpoint may be small enough.
+[[nodiscard]] std::array<Bc6hLine, kBc6hStretches> stretched_bc6h_lines(const Bc6hRegion& region, const Bc6hLine& line,
+                                                                        int index_count);
+
 /// How well each way to split a block in two suits lines: about what is off, on the scale of `mixed`, with partitions
 /// as numbered by the format.
 [[nodiscard]] std::array<float, kBc6hPartitionCount> rate_bc6h_partitions(const Bc6hRegion& whole);

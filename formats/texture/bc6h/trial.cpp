@@ -216,7 +216,9 @@ Bc6hTrial make_bc6h_trial(std::span<const Bc6hRegion> regions, std::span<const B
     if (!kind.transformed) continue;
     const std::int32_t base = trial.endpoints[0][c];
     for (std::size_t e = 1; e < 2 * lines.size(); ++e) {
-      trial.endpoints[e][c] = std::clamp(trial.endpoints[e][c], base - limit, base + limit - 1);
+      const std::int32_t wanted = trial.endpoints[e][c];
+      trial.endpoints[e][c] = std::clamp(wanted, base - limit, base + limit - 1);
+      trial.is_cut = trial.is_cut || trial.endpoints[e][c] != wanted;
     }
   }
   judge(regions, scale_of(mode, options), trial);

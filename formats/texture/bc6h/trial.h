@@ -17,6 +17,7 @@ struct Bc6hTrial {
   std::uint8_t partition = 0;
   std::array<Bc6hEndpoint, 4> endpoints{};
   std::array<float, 2> errors{};  ///< of the regions
+  bool is_cut = false;            ///< differences from the first endpoint were too large at first
 
   [[nodiscard]] float error() const { return errors[0] + errors[1]; }
 };

@@ -68,6 +68,15 @@ class LongBc6hSearch {
     return least;
   }
 
+  /// The least error found from a block on.
+  double run_from(const Bc6hBytes& bytes, int steps) {
+    const Bc6hBlock block = *parse_bc6h_block(bytes, is_signed_);
+    State state{.mode = block.mode, .partition = block.partition, .endpoints = block.endpoints};
+    state.error = error_of(state);
+    climb(state, steps);
+    return state.error;
+  }
+
  private:
   struct State {
     std::uint8_t mode = 0;
