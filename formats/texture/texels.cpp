@@ -19,8 +19,6 @@ constexpr std::uint16_t kHalfOne = 0x3C00;
 
 using Colour = std::array<float, kChannels>;
 
-Error no_bc6h() { return unsupported("BC6H blocks are neither packed nor unpacked here"); }
-
 /// Brings colours into the range of a format, and counts.
 class Limiter {
  public:
@@ -163,9 +161,8 @@ Status check_texture(const Texture& texture) {
 }
 
 Result<Texture> encode_texels(TexelFormat format, std::uint32_t width, std::uint32_t height, std::span<const float> rgb,
-                              TexelCounts& counts) {
+                              TexelCounts& counts, const BlockEncoding& blocks) {
   if (Status fits = check_texture_sides(format, width, height); !fits) return fits.error();
-  if (has_blocks(format)) return no_bc6h();
   if (rgb.size() != std::size_t{width} * height * kChannels) {
     return usage_error(fmt::format("{} numbers for a texture of {} x {} texels", rgb.size(), width, height));
   }
@@ -176,6 +173,15 @@ Result<Texture> encode_texels(TexelFormat format, std::uint32_t width, std::uint
   }
   Texture texture{format, width, height, std::vector<std::uint8_t>(texture_bytes(format, width, height))};
   Limiter limited(format, counts);
+  if (has_blocks(format)) {
+    std::vector<float> held(rgb.size());
+    for (std::size_t k = 0; k < rgb.size(); k += kChannels) {
+      const Colour colour = limited(&rgb[k]);
+      std::copy(colour.begin(), colour.end(), held.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    texture.bytes = encode_bc6h(width, height, held, {}, {has_sign(format), blocks.speed, blocks.metric});
+    return texture;
+  }
   std::uint8_t* target = texture.bytes.data();
   for (std::size_t k = 0; k < rgb.size(); k += kChannels) store_texel(format, limited(&rgb[k]), target);
   return texture;
@@ -183,7 +189,9 @@ Result<Texture> encode_texels(TexelFormat format, std::uint32_t width, std::uint
 
 Result<std::vector<float>> decode_texels(const Texture& texture) {
   if (Status fits = check_texture(texture); !fits) return fits.error();
-  if (has_blocks(texture.format)) return no_bc6h();
+  if (has_blocks(texture.format)) {
+    return decode_bc6h(texture.width, texture.height, texture.bytes, has_sign(texture.format));
+  }
   std::vector<float> rgb(std::size_t{texture.width} * texture.height * kChannels);
   const std::uint8_t* source = texture.bytes.data();
   for (std::size_t k = 0; k < rgb.size(); k += kChannels, source += texel_block(texture.format).bytes) {

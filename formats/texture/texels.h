@@ -8,6 +8,7 @@
 
 #include "formats/core/named.h"
 #include "formats/core/result.h"
+#include "formats/texture/bc6h/bc6h.h"
 
 namespace sbrdf::internal {
 
@@ -65,17 +66,23 @@ struct TexelCounts {
   std::uint64_t negative = 0;  ///< below 0 where the format has no sign: 0 was written
 };
 
+/// How blocks of BC6H are found: see Bc6hOptions.
+struct BlockEncoding {
+  Bc6hSpeed speed = Bc6hSpeed::kThorough;
+  Bc6hMetric metric = Bc6hMetric::kLog;
+};
+
 /// The texels nearest to given colours: ties to even in half floats, upwards in E5B9G9R9. Every number that is written
 /// is finite.
 ///
 /// `rgb`: width x height x 3 numbers, rows from the top, channel fastest. What does not fit is added to `counts`.
 /// kInvalidFile, naming the place, where a number is NaN; kUsage where `rgb` has another length; kUnsupported as
-/// check_texture_sides(), and for BC6H.
+/// check_texture_sides().
 [[nodiscard]] Result<Texture> encode_texels(TexelFormat format, std::uint32_t width, std::uint32_t height,
-                                            std::span<const float> rgb, TexelCounts& counts);
+                                            std::span<const float> rgb, TexelCounts& counts,
+                                            const BlockEncoding& blocks = {});
 
-/// Exactly what the texels say, in the order of `rgb` above; alpha is left out. Errors as of check_texture();
-/// kUnsupported for BC6H.
+/// Exactly what the texels say, in the order of `rgb` above; alpha is left out. Errors as of check_texture().
 [[nodiscard]] Result<std::vector<float>> decode_texels(const Texture& texture);
 
 }  // namespace sbrdf::internal

@@ -251,6 +251,7 @@ void add_atlas(CLI::App& program, int& exit_code) {
   add_choice(*app, "--texel", "How texels are stored", kTexelChoices, command->options.texel);
   add_choice(*app, "--container", "File of the texture", kAtlasContainerNames, command->options.container);
   app->add_flag("--zstd", command->options.zstd, "Pack a KTX2 file with zstd; not every engine unpacks it");
+  app->add_flag("--fast", command->options.fast, "Search less for blocks of bc6h");
   add_number(*app, "--max-error", command->options.max_error_percent, {0.001, 100}, "PERCENT",
              "As few texels as stay within this MRE and relative L1 error of the slices");
   add_count(*app, "--samples", command->samples, {1, kMaxSampleCount}, "Directions sampled where IN has no slices yet");

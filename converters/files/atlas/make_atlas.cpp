@@ -53,7 +53,7 @@ class Maker {
     double tolerance = kFirstTolerance;
     for (int step = 0; step < kMostSteps; ++step, tolerance /= 2) {
       if (!counter.advance()) return interrupted_error();
-      Result<MadeAtlas> made = attempt(tolerance);
+      Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
       if (best && error_of(*made) > kWorthIt * error_of(*best)) break;
@@ -61,7 +61,11 @@ class Maker {
       best->reached = error_of(*best) <= options_.max_error_percent;
       if (best->reached) break;
     }
-    return *std::move(best);
+    // Only the one that is kept is worth a long search for its blocks.
+    if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
+    Result<MadeAtlas> made = attempt(best->tolerance, Bc6hSpeed::kThorough);
+    if (made) made->reached = error_of(*made) <= options_.max_error_percent;
+    return made;
   }
 
  private:
@@ -85,7 +89,7 @@ class Maker {
     return ok_status();
   }
 
-  Result<MadeAtlas> attempt(double tolerance) const {
+  Result<MadeAtlas> attempt(double tolerance, Bc6hSpeed speed) const {
     BakeOptions bake;
     bake.tolerance = tolerance;
     bake.blocks = texel_block(options_.texel).side > 1;
@@ -99,7 +103,8 @@ class Maker {
     // Graphics cards take three floats in no file of theirs.
     const bool wide = options_.texel == TexelFormat::kRgb32f && options_.container != AtlasContainer::kExr;
     const TexelFormat texel = wide ? TexelFormat::kRgba32f : options_.texel;
-    Result<Texture> texture = encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts);
+    Result<Texture> texture =
+        encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts, {speed, Bc6hMetric::kLinear});
     if (!texture) return texture.error();
     made.texture = *std::move(texture);
     Result<std::vector<float>> texels = decode_texels(made.texture);

@@ -23,6 +23,7 @@ struct AtlasOptions {
   TexelFormat texel = TexelFormat::kRgba16f;
   AtlasContainer container = AtlasContainer::kKtx2;
   bool zstd = false;  ///< KTX2 only
+  bool fast = false;  ///< BC6H only: blocks are searched less
   /// How far the atlas may be off the slices, by either error: as few texels as reach it.
   double max_error_percent = 0.5;
 };

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Prints the tables of specs/results/atlases.md: bytes and errors of texture atlases, by texel format.
+
+    tools/plots/tabulate_atlases.py SBRDF FOLDER [MAX_ERROR]
+
+SBRDF is the program, FOLDER has the measured .bsdf files. Atlases of the ten built-in materials, sliced as in the paper
+(8,911 samples, 14/36), and of those files (3,000 samples, searched); errors are those that `sbrdf atlas` reports, on
+directions drawn densely around highlights.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+KURT = ["Brushed alum", "Purple satin", "Red velvet", "Yellow satin", "fabric002", "fabric041", "fabric112", "fabric135",
+        "fabric139", "wood01"]
+PAPER = ["--samples", "8911", "--placement", "14/36", "--values", "measured", "--precision", "0.1%", "--frame",
+         "elevation"]
+FORMATS = [("rgb32f", "exr"), ("rgba16f", "exr"), ("e5b9g9r9", "ktx2"), ("bc6h", "ktx2")]
+
+
+def run(program, *arguments):
+    return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+
+
+def atlas(program, sliced, folder, texel, container, most):
+    """The report of one atlas; texel_bytes are those of the texels alone, whatever the file packs."""
+    out = str(Path(folder) / texel)
+    return json.loads(run(program, "atlas", sliced, out, "--texel", texel, "--container", container, "--max-error", most,
+                          "--json"))
+
+
+def row(program, name, sliced, folder, most):
+    cells = [name, f"{Path(sliced).stat().st_size:,}"]
+    for texel, container in FORMATS:
+        report = atlas(program, sliced, folder, texel, container, most)
+        errors = report["errors"]["to_slices"]
+        cells.append(f"{report['texel_bytes']:,}: {errors['mre_percent']:.2f} / {errors['rel_l1_percent']:.2f}"
+                     + ("" if report["reached"] else " *"))
+    return "| " + " | ".join(cells) + " |"
+
+
+def main():
+    program, measured = sys.argv[1], Path(sys.argv[2])
+    most = sys.argv[3] if len(sys.argv) > 3 else "1"
+    print("| material | sliced file [bytes] | " + " | ".join(texel for texel, _ in FORMATS) + " |")
+    print("|---" * (2 + len(FORMATS)) + "|")
+    with tempfile.TemporaryDirectory() as folder:
+        sliced = str(Path(folder) / "material.sbrdf")
+        for name in KURT:
+            run(program, "convert", "kurt:" + name, sliced, *PAPER)
+            print(row(program, name, sliced, folder, most), flush=True)
+        for file in sorted(measured.glob("*.bsdf")):
+            run(program, "convert", str(file), sliced, "--samples", "3000")
+            print(row(program, file.stem.removesuffix("_rgb"), sliced, folder, most), flush=True)
+
+
+if __name__ == "__main__":
+    main()
