@@ -295,6 +295,29 @@ TEST(Bc6hEncode, IsBetterWhenItIsThorough) {
   }
 }
 
+// Mean error of 40 blocks of each kind [dB], for both metrics fast and thorough, as it was when the encoder was last
+// compared with the long search at length.
+TEST(Bc6hQuality, IsWhatItWas) {
+  const std::array<std::array<double, 4>, kBc6hBlockKinds.size()> expected = {{{40.99, 40.77, -18.86, -19.03},
+                                                                               {49.00, 48.80, -4.77, -5.91},
+                                                                               {52.16, 51.38, 7.83, 6.77},
+                                                                               {62.76, 62.27, -0.42, -2.06},
+                                                                               {75.65, 75.65, 14.19, 13.72}}};
+  for (std::size_t kind = 0; kind < kBc6hBlockKinds.size(); ++kind) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Bc6hOptions options{.is_signed = kBc6hBlockKinds[kind] == "signed",
+                                .speed = k % 2 == 0 ? Bc6hSpeed::kFast : Bc6hSpeed::kThorough,
+                                .metric = k < 2 ? Bc6hMetric::kLog : Bc6hMetric::kLinear};
+      std::mt19937 draw(12);
+      double mean = 0;
+      for (int block = 0; block < 40; ++block) {
+        mean += 10 * std::log10(error_of(draw_bc6h_block(kBc6hBlockKinds[kind], draw), options)) / 40;
+      }
+      EXPECT_LT(mean, expected[kind][k] + 0.05) << kBc6hBlockKinds[kind] << ' ' << k;
+    }
+  }
+}
+
 class Bc6hLongSearch : public testing::TestWithParam<Bc6hMetric> {};
 
 TEST_P(Bc6hLongSearch, IsHardlyBetter) {
