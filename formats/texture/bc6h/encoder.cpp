@@ -33,7 +33,7 @@ constexpr Effort kFastEffort = {
 constexpr Effort kThoroughEffort = {.partitions = kBc6hPartitionCount,
                                     .kept = 12,
                                     .lined = 12,
-                                    .worth_lines = 3,
+                                    .worth_lines = 12,
                                     .lines = 28,
                                     .polished_lines = 4,
                                     .polished = 12};
@@ -115,7 +115,7 @@ class Search {
     const auto stretched = stretched_bc6h_lines(parts_[partition][0], lines[0], 8);
     for (std::uint8_t mode = 0; mode < kTwoRegionModes; ++mode) {
       Bc6hTrial best = make_bc6h_trial(parts_[partition], lines, mode, partition, options_);
-      if (best.is_cut) {  // perhaps not so from another place on the line
+      if (best.wants_other_start) {
         for (const Bc6hLine& line : stretched) {
           const std::array<Bc6hLine, 2> others = {line, lines[1]};
           best = std::min(best, make_bc6h_trial(parts_[partition], others, mode, partition, options_), is_better);

@@ -207,6 +207,8 @@ Bc6hTrial make_bc6h_trial(std::span<const Bc6hRegion> regions, std::span<const B
                           std::uint8_t partition, const Bc6hOptions& options) {
   const Bc6hMode& kind = kBc6hModes[mode];
   Bc6hTrial trial{.mode = mode, .partition = partition};
+  bool too_far = false;
+  bool too_wide = false;
   for (std::size_t c = 0; c < 3; ++c) {
     const std::int32_t limit = std::int32_t{1} << (kind.delta_bits[c] - 1);
     for (std::size_t k = 0; k < lines.size(); ++k) {
@@ -215,12 +217,18 @@ Bc6hTrial make_bc6h_trial(std::span<const Bc6hRegion> regions, std::span<const B
     }
     if (!kind.transformed) continue;
     const std::int32_t base = trial.endpoints[0][c];
+    std::int32_t low = base;
+    std::int32_t high = base;
     for (std::size_t e = 1; e < 2 * lines.size(); ++e) {
-      const std::int32_t wanted = trial.endpoints[e][c];
-      trial.endpoints[e][c] = std::clamp(wanted, base - limit, base + limit - 1);
-      trial.is_cut = trial.is_cut || trial.endpoints[e][c] != wanted;
+      std::int32_t& value = trial.endpoints[e][c];
+      low = std::min(low, value);
+      high = std::max(high, value);
+      value = std::clamp(value, base - limit, base + limit - 1);
     }
+    too_far = too_far || low < base - limit || high >= base + limit;
+    too_wide = too_wide || high - low >= 2 * limit;
   }
+  trial.wants_other_start = too_far && !too_wide;
   judge(regions, scale_of(mode, options), trial);
   return trial;
 }
@@ -257,7 +265,7 @@ void try_bc6h_lines(std::span<const Bc6hRegion> regions, std::span<const Bc6hLin
   const auto end = others.begin() + static_cast<std::ptrdiff_t>(std::min(others.size(), polished));
   std::partial_sort(others.begin(), end, others.end(),
                     [&](const Bc6hTrial& a, const Bc6hTrial& b) { return a.errors[k] < b.errors[k]; });
-  constexpr float kWorthPolishing = 2;
+  constexpr float kWorthPolishing = 4;
   for (auto other = others.begin(); other != end && other->errors[k] <= kWorthPolishing * trial.errors[k]; ++other) {
     polish_region(regions[k], options, k, *other);
     if (other->errors[k] < trial.errors[k]) trial = *other;

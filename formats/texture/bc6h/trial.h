@@ -17,7 +17,8 @@ struct Bc6hTrial {
   std::uint8_t partition = 0;
   std::array<Bc6hEndpoint, 4> endpoints{};
   std::array<float, 2> errors{};  ///< of the regions
-  bool is_cut = false;            ///< differences from the first endpoint were too large at first
+  /// Differences from the first endpoint were too large for the mode, but need not be for another first endpoint.
+  bool wants_other_start = false;
 
   [[nodiscard]] float error() const { return errors[0] + errors[1]; }
 };
