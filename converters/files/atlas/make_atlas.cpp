@@ -24,7 +24,7 @@ constexpr std::size_t kBlock = 256;
 constexpr double kFirstTolerance = 0.04;
 constexpr int kMostSteps = 8;  // each halves the tolerance
 /// A finer atlas that is not nearer by so much is not worth its texels.
-constexpr double kWorthIt = 0.97;
+constexpr double kWorthIt = 0.9;
 
 TexelRange range_of(TexelFormat format) {
   switch (format) {
