@@ -26,7 +26,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 // Fields one after the other, each a value and its number of bits, the lowest bit first; zeros behind.
-Bc6hBytes block_of(const std::vector<std::pair<std::uint32_t, int>>& fields) {
+Bc6hBytes block_of(const std::vector<std::pair<std::uint64_t, int>>& fields) {
   Bc6hBytes bytes{};
   std::size_t at = 0;
   for (const auto& [value, count] : fields) {
