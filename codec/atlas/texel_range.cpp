@@ -6,6 +6,9 @@
 namespace sbrdf::internal {
 namespace {
 
+/// Tables of more tiles, the primary one aside, have one scale for all: a shader holds scales as constants.
+constexpr std::size_t kMostScales = 32;
+
 /// Texels of an atlas, all channels of each.
 struct Rectangle {
   std::uint32_t x = 0, y = 0, width = 0, height = 0;
@@ -20,12 +23,18 @@ void for_texels(Atlas& atlas, const Rectangle& area, const Visit& visit) {
   }
 }
 
+/// What `range` begins with; it ends with 1.
+float least_of(TexelRange range) {
+  return range == TexelRange::kSigned ? -1.0F : range == TexelRange::kBlocks ? kLeastInBlocks : 0.0F;
+}
+
 AtlasScale scale_of(std::span<const float, 3> least, std::span<const float, 3> most, TexelRange range) {
   AtlasScale scale;
+  const float low = least_of(range);
   for (std::size_t c = 0; c < 3; ++c) {
     const float span = most[c] - least[c];
-    scale.scale[c] = span > 0 ? (range == TexelRange::kSigned ? span / 2 : span) : 1;
-    scale.offset[c] = range == TexelRange::kSigned ? least[c] + span / 2 : least[c];
+    scale.scale[c] = span > 0 ? span / (1 - low) : 1;
+    scale.offset[c] = least[c] - scale.scale[c] * low;
   }
   return scale;
 }
@@ -44,7 +53,7 @@ AtlasScale bring_into(Atlas& atlas, std::span<const Rectangle> areas, TexelRange
     });
   }
   const AtlasScale scale = scale_of(least, most, range);
-  const float low = range == TexelRange::kSigned ? -1.0F : 0.0F;
+  const float low = least_of(range);
   for (const Rectangle& area : areas) {
     for_texels(atlas, area, [&](float* texel) {
       for (std::size_t c = 0; c < 3; ++c) {
@@ -72,7 +81,7 @@ void use_range(Atlas& atlas, TexelRange range) {
   for (std::size_t k = 0; k < layout.tables.size(); ++k) {
     const std::vector<Rectangle> tiles = tiles_of(layout.tables[k]);
     atlas.scales[k].clear();
-    if (k == 0) {
+    if (k == 0 || tiles.size() <= kMostScales) {
       for (const Rectangle& tile : tiles) atlas.scales[k].push_back(bring_into(atlas, std::span(&tile, 1), range));
     } else {
       atlas.scales[k].push_back(bring_into(atlas, tiles, range));

@@ -8,11 +8,14 @@ namespace sbrdf::internal {
 enum class TexelRange : std::uint8_t {
   kAsIs,      ///< float32: texels are values of the value domain
   kSigned,    ///< from -1 to 1: half floats
-  kUnsigned,  ///< from 0 to 1: shared exponents, BC6H
+  kUnsigned,  ///< from 0 to 1: shared exponents
+  kBlocks,    ///< from kLeastInBlocks to 1: BC6H, between whose colours half floats lie evenly by their bits
 };
 
-/// Brings the texels of a freshly baked atlas into a range: each tile of the primary table, and each other table as a
-/// whole, per channel. Values stay what they were but for rounding.
+inline constexpr float kLeastInBlocks = 0.25F;
+
+/// Brings the texels of a freshly baked atlas into a range: each tile of the primary table and of tables with few,
+/// other tables as a whole, per channel. Values stay what they were but for rounding.
 void use_range(Atlas& atlas, TexelRange range);
 
 }  // namespace sbrdf::internal

@@ -226,8 +226,7 @@ int run_atlas(const AtlasCommand& command) {
 
 constexpr std::array kTexelChoices = {Named{"rgb32f", TexelFormat::kRgb32f}, Named{"rgba16f", TexelFormat::kRgba16f},
                                       Named{"e5b9g9r9", TexelFormat::kE5b9g9r9},
-                                      Named{"bc6h", TexelFormat::kBc6hUnsigned},
-                                      Named{"bc6h-signed", TexelFormat::kBc6hSigned}};
+                                      Named{"bc6h", TexelFormat::kBc6hUnsigned}};
 
 /// An option with one of the names of a table; the value in the variable is the default.
 template <class T, std::size_t N>

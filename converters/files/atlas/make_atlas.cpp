@@ -35,10 +35,11 @@ TexelRange range_of(TexelFormat format) {
     case TexelFormat::kBc6hSigned:
       return TexelRange::kSigned;
     case TexelFormat::kE5b9g9r9:
+      return TexelRange::kUnsigned;
     case TexelFormat::kBc6hUnsigned:
       break;
   }
-  return TexelRange::kUnsigned;
+  return TexelRange::kBlocks;
 }
 
 class Maker {
@@ -56,7 +57,7 @@ class Maker {
       Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
-      if (best && error_of(*made) > kWorthIt * error_of(*best)) break;
+      if (best && !is_worth_it(made->errors, best->errors)) break;
       best = *std::move(made);
       best->reached = error_of(*best) <= options_.max_error_percent;
       if (best->reached) break;
@@ -69,6 +70,11 @@ class Maker {
   }
 
  private:
+  /// Whether either error fell.
+  static bool is_worth_it(const AtlasErrors& now, const AtlasErrors& before) {
+    return now.mre_percent <= kWorthIt * before.mre_percent || now.rel_l1_percent <= kWorthIt * before.rel_l1_percent;
+  }
+
   static double error_of(const MadeAtlas& made) {
     return std::max(made.errors.mre_percent, made.errors.rel_l1_percent);
   }
