@@ -102,7 +102,8 @@ void bring_back(const AtlasDomain& domain, std::span<const float, 3> v, std::spa
         w = -domain.floor[c] * std::exp(domain.at_zero[c] - 1 - v[c]);
       }
     }
-    values[c] = std::clamp(w, domain.least[c], domain.most[c]);
+    // The least, too, where sums of numbers near the end of what floats hold are none.
+    values[c] = w > domain.least[c] ? std::min(w, domain.most[c]) : domain.least[c];
     sum += values[c];
   }
   if (domain.grey_divisor == 0) return;

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,36 +48,40 @@ AtlasPaths paths_of(const AtlasCommand& command) {
   return {command.prefix + ".json", command.prefix + "." + extension, command.prefix + ".glsl"};
 }
 
-/// The atlas that has these names already: what it consists of may be replaced.
-std::optional<AtlasFiles> files_there(const std::string& manifest) {
-  if (!std::filesystem::is_regular_file(manifest)) return std::nullopt;
-  const Result<std::unique_ptr<ByteSource>> file = map_file(manifest);
-  if (!file) return std::nullopt;
+/// Whether an atlas has this name already.
+bool is_manifest(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return false;
+  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+  if (!file || (*file)->size() > kLongestManifest) return false;
   const Result<std::vector<std::byte>> text = read_range(**file, 0, (*file)->size());
-  if (!text) return std::nullopt;
-  const Result<AtlasManifest> read = parse_manifest({reinterpret_cast<const char*>(text->data()), text->size()});
-  if (!read) return std::nullopt;
-  return read->files;
+  return text && parse_manifest({reinterpret_cast<const char*>(text->data()), text->size()}).ok();
+}
+
+bool is_utf8(const std::string& text) {
+  const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+  return Json::parse(quoted).get<std::string>() == text;
+}
+
+/// What an earlier atlas of this name consists of may be replaced, and nothing else: who names one prefix does not see
+/// three names.
+Status check_path(const std::string& path, bool own, std::span<const std::string> inputs) {
+  if (is_among(path, paths_read(inputs))) return usage_error("is an input, which this would replace");
+  if (Status free = check_destination(path); !free) return free;
+  if (own || !std::filesystem::exists(path)) return ok_status();
+  return usage_error("there is a file of that name that is of no atlas here; choose another prefix or remove it first");
 }
 
 Status check_paths(const AtlasCommand& command, const AtlasPaths& paths) {
+  const std::string name = std::filesystem::path(command.prefix).filename().string();
+  if (name.empty()) return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
+  if (!is_utf8(name)) return usage_error("OUT_PREFIX is not UTF-8, which is all that a manifest can name");
   const std::vector<std::string> inputs = {command.in};
-  const std::optional<AtlasFiles> there = files_there(paths.manifest);
+  const bool own = is_manifest(paths.manifest);
   for (const std::string& path : {paths.manifest, paths.texture, paths.shader}) {
-    const std::string name = std::filesystem::path(path).filename().string();
-    const bool own = there && (path == paths.manifest || name == there->texture || name == there->shader);
-    const bool input = is_among(path, paths_read(inputs));
-    Status free = input ? Status(usage_error("is an input, which this would replace"))
-                  : own ? check_destination(path)
-                        : check_output(path, nullptr, inputs);
-    if (!free) {
+    if (Status free = check_path(path, own, inputs); !free) {
       Error named = free.error();
       named.message = path + ": " + named.message;
       return named;
-    }
-    // A name that ends like a model's or a table's, though nothing recognises it.
-    if (!own && std::filesystem::exists(path) && path == paths.manifest) {
-      return usage_error(path + ": there is a file of another kind of that name; remove it first");
     }
   }
   return ok_status();
@@ -194,6 +198,7 @@ int run_atlas(const AtlasCommand& command) {
   const Result<OpenedSource> opened = open_source(command.in, command.given);
   if (!opened) return report_error(command.in, opened.error());
   const BrdfSource& source = *opened->source;
+  if (Status held = check_atlas_channels(source.channel_count()); !held) return report_error(command.in, held.error());
   const Result<MadeAtlas> made = make_with_bar(source, command);
   if (!made) return report_error(command.in, made.error());
   const Result<Written> written = write_files(*made, paths, command, source.traits());

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,8 +15,6 @@
 
 namespace sbrdf::internal {
 namespace {
-
-constexpr std::uint64_t kLongestManifest = std::uint64_t{1} << 24U;
 
 SourceTraits traits_of(const AtlasLayout& layout, std::string description) {
   SourceTraits traits;
@@ -57,8 +57,19 @@ Result<std::vector<float>> read_texels(const ByteSource& manifest, const AtlasFi
     return invalid_file(fmt::format("the texture {} has {} x {} texels, and the manifest says {} x {}", files.texture,
                                     texture->width, texture->height, layout.width, layout.height));
   }
+  if (texture->format != files.texel) {
+    return invalid_file(fmt::format("the texture {} has {} texels, and the manifest says {}", files.texture,
+                                    name_of(kTexelFormatNames, texture->format),
+                                    name_of(kTexelFormatNames, files.texel)));
+  }
   Result<std::vector<float>> texels = decode_texels(*texture);
   if (!texels) return of_texture(files.texture, texels.error());
+  const auto wrong = std::find_if_not(texels->begin(), texels->end(), [](float v) { return std::isfinite(v); });
+  if (wrong != texels->end()) {
+    const auto texel = static_cast<std::size_t>(wrong - texels->begin()) / 3;
+    return invalid_file(fmt::format("the texture {} has a texel that is not finite, at column {} of row {}",
+                                    files.texture, texel % layout.width, texel / layout.width));
+  }
   return texels;
 }
 

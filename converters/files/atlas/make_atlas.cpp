@@ -160,12 +160,14 @@ Status check_atlas_options(const AtlasOptions& options) {
   return ok_status();
 }
 
+Status check_atlas_channels(std::size_t channels) {
+  if (channels == 1 || channels == 3) return ok_status();
+  return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
+}
+
 Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source, const AtlasOptions& options,
                              const Progress& progress) {
-  const std::size_t channels = sliced.sliced.channel_count();
-  if (channels != 1 && channels != 3) {
-    return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
-  }
+  if (Status held = check_atlas_channels(sliced.sliced.channel_count()); !held) return held.error();
   return Maker(sliced, source, options).make(progress);
 }
 

@@ -48,6 +48,9 @@ struct MadeAtlas {
 /// kUsage where the container does not hold such texels.
 [[nodiscard]] Status check_atlas_options(const AtlasOptions& options);
 
+/// kUnsupported where a texture does not hold so many channels of a material.
+[[nodiscard]] Status check_atlas_channels(std::size_t channels);
+
 /// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more. `source` is what
 /// the slices were made of, or they themselves.
 [[nodiscard]] Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source,

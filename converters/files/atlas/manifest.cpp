@@ -19,6 +19,10 @@ constexpr std::string_view kBeginning = "{\"sbrdf\":\"atlas\"";
 constexpr std::size_t kMostNodes = 4096;
 constexpr std::uint32_t kMostTexels = 65536;
 constexpr std::uint32_t kMostSide = 16384;
+constexpr int kDeepest = 32;               // levels of JSON: what compares and copies it is recursive
+constexpr std::size_t kMostMembers = 256;  // of an object, which are looked for one by one
+/// With grey shares the values of all channels are added up.
+constexpr float kLargestOfSum = 1e37F;
 
 /// Reads members of objects. The first one that is missing or wrong sticks: what is read from then on means nothing.
 class MemberReader {
@@ -64,10 +68,16 @@ class MemberReader {
     return {};
   }
 
+  /// A text that can be only one.
+  void constant(const Json& json, const char* name, const std::string& value) {
+    if (text(json, name) != value) refuse(name, "is not '" + value + "'");
+  }
+
   /// A name in the folder of the manifest, and in no other.
   std::string file_name(const Json& json, const char* name) {
     std::string file = text(json, name);
-    if (file.empty() || file.find_first_of("/\\") != std::string::npos || file == "." || file == "..") {
+    if (file.empty() || file.find_first_of(std::string_view("/\\\0", 3)) != std::string::npos || file == "." ||
+        file == "..") {
       refuse(name, "is no plain file name");
     }
     return file;
@@ -186,6 +196,22 @@ Json domain_json(const AtlasDomain& domain) {
           {"grey_divisor", domain.grey_divisor}};
 }
 
+/// So that every texel gives a finite value.
+void check_domain(MemberReader& reader, const AtlasDomain& domain) {
+  float divisor = 3;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (domain.least[c] > domain.most[c]) reader.refuse("least", "is above 'most'");
+    if (domain.log && !(domain.reference[c] > 0)) reader.refuse("reference", "is not above 0");
+    if (domain.log && !(domain.floor[c] > 0)) reader.refuse("floor", "is not above 0");
+    if (domain.grey_shares[c] < 0) reader.refuse("grey_shares", "has a share below 0");
+    divisor += domain.grey_shares[c];
+    if (domain.grey_divisor == 0) continue;
+    if (std::max(-domain.least[c], domain.most[c]) > kLargestOfSum) reader.refuse("most", "is too large for shares");
+  }
+  const bool expected = std::abs(domain.grey_divisor - divisor) <= 1e-5F * divisor;
+  if (domain.grey_divisor != 0 && !expected) reader.refuse("grey_divisor", "is neither 0 nor 3 and all 'grey_shares'");
+}
+
 AtlasDomain read_domain(MemberReader& reader, const Json& json) {
   AtlasDomain domain;
   const std::string name = reader.text(json, "domain");
@@ -197,11 +223,9 @@ AtlasDomain read_domain(MemberReader& reader, const Json& json) {
   domain.at_zero = reader.colour(json, "at_zero");
   domain.least = reader.colour(json, "least");
   domain.most = reader.colour(json, "most");
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (domain.least[c] > domain.most[c]) reader.refuse("least", "is above 'most'");
-  }
   domain.grey_shares = reader.colour(json, "grey_shares");
   domain.grey_divisor = static_cast<float>(reader.number(json, "grey_divisor", 0, 1e6));
+  check_domain(reader, domain);
   return domain;
 }
 
@@ -226,6 +250,7 @@ AtlasLayout read_layout(MemberReader& reader, const Json& json) {
   if (axes.size() != kAxisCount) reader.refuse("axes", "is no list of four");
   bool all_move = true;
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    reader.constant(axes[axis], "name", std::string(geometry(layout.frame).axis_names()[axis]));
     layout.axes[axis] = read_axis(reader, axes[axis]);
     all_move = all_move && layout.axes[axis].moves();
   }
@@ -270,7 +295,28 @@ AtlasFiles read_files(MemberReader& reader, const Json& json) {
   if (!texel) reader.refuse("texel", "is no texel format");
   files.texel = texel.value_or(TexelFormat::kRgb32f);
   files.texture_bytes = static_cast<std::uint64_t>(reader.number(texture, "bytes", 1, 1e12));
+  reader.constant(texture, "first_row", "top");
+  reader.constant(texture, "filter", "linear");
+  reader.constant(texture, "colour_space", "linear");
   return files;
+}
+
+/// kInvalidFile for text that is no JSON, or too deep or full to be a manifest.
+Result<Json> parse_json(std::string_view text) {
+  std::array<std::size_t, kDeepest + 1> members{};
+  bool too_much = false;
+  const auto keep = [&](int depth, Json::parse_event_t event, const Json& /*value*/) {
+    const bool opens = event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
+    too_much = too_much || (opens && depth >= kDeepest);
+    if (too_much) return false;
+    if (opens) members[static_cast<std::size_t>(depth) + 1] = 0;
+    if (event == Json::parse_event_t::key) too_much = ++members[static_cast<std::size_t>(depth)] > kMostMembers;
+    return !too_much;
+  };
+  Json json = Json::parse(text, keep, false);
+  if (too_much) return invalid_file("JSON that is nested too deeply, or an object with too many members");
+  if (json.is_discarded()) return invalid_file("is no JSON");
+  return json;
 }
 
 void read_all(MemberReader& reader, const Json& json, AtlasManifest& manifest) {
@@ -324,13 +370,15 @@ std::string emit_manifest(const Atlas& atlas, const AtlasFiles& files, const Jso
   }
   json["values"] = domain_json(atlas.domain);
   for (const auto& [name, value] : more.items()) json[name] = value;
-  return std::string(kBeginning) + json.dump().substr(kBeginning.size()) + "\n";
+  // Names of files can be any bytes, JSON holds UTF-8 only.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Result<AtlasManifest> parse_manifest(std::string_view text) {
   AtlasManifest manifest;
-  manifest.json = Json::parse(text, nullptr, false);
-  if (manifest.json.is_discarded()) return invalid_file("is no JSON");
+  Result<Json> json = parse_json(text);
+  if (!json) return json.error();
+  manifest.json = *std::move(json);
   MemberReader reader;
   read_all(reader, manifest.json, manifest);
   if (reader.error()) return invalid_file("manifest of an atlas: " + *reader.error());

@@ -12,6 +12,9 @@
 
 namespace sbrdf::internal {
 
+/// Longer files are no manifests [bytes].
+inline constexpr std::uint64_t kLongestManifest = std::uint64_t{1} << 24U;
+
 /// What a manifest says beside how to evaluate (specs/atlas.md).
 struct AtlasFiles {
   std::string texture;  ///< names, in the folder of the manifest
