@@ -41,7 +41,6 @@ void PaperEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> value
   const Place light = place(x[kVertical]);
   Sum sum;
   sum.least.fill(std::numeric_limits<float>::infinity());
-  sum.most.fill(-std::numeric_limits<float>::infinity());
   for (unsigned side = 0; side < 4; ++side) {
     const std::size_t v = view.node + (side & 1U);
     const std::size_t i = light.node + (side >> 1U);
@@ -60,7 +59,6 @@ void PaperEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> value
   for (std::size_t k = 0; k < 3; ++k) {
     // Section 7: r = max(p + q + s + t - 3c, min).
     r[k] = std::max(sum.slices[k] - 3 * sum.c[k], sum.least[k]);
-    if (textures_.domain.log) r[k] = std::min(r[k], sum.most[k]);
   }
   bring_back(textures_.domain, r, values);
 }
@@ -69,7 +67,6 @@ void PaperEvaluator::add(const Rgb& slice, float weight, Sum& sum) {
   for (std::size_t k = 0; k < 3; ++k) {
     sum.slices[k] += weight * slice[k];
     sum.least[k] = std::min(sum.least[k], slice[k]);
-    sum.most[k] = std::max(sum.most[k], slice[k]);
   }
 }
 

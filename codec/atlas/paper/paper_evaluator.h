@@ -12,8 +12,10 @@ namespace sbrdf::internal {
 
 /// Evaluates the paper's textures as its shader would (sections 7 and 8): four look-ups in each of the first three and
 /// eight in the last, each of which the filter makes bilinear, and the sum max(p + q + s + t - 3 c, min). `min` is the
-/// least of what was read of slices, after the filter; in the log domain the sum is kept below the greatest, too, as in
-/// the Evaluator. Axial and diagonal slices wrap in the direction of their 360 rows. Immutable; no allocation.
+/// least of the slices read, after the filter: higher than that of all 32 slices, so it stands for the sum more often
+/// than in the Evaluator. There is no bound from above, which the Evaluator has in the log domain: the greatest after
+/// the filter is so low that it takes off more than it mends. Axial and diagonal slices wrap in the direction of their
+/// 360 rows. Immutable; no allocation.
 ///
 /// **Elevation 0** has no areas, and no horizontal slices of its own. What the textures do hold of it are the rows
 /// theta_v = 0 of the other horizontal slices: the values on its ring at the nodes of the azimuths, which by
@@ -43,10 +45,9 @@ class PaperEvaluator {
     double angle_deg = 0;  ///< brought among the elevations
     float fraction = 0;
   };
-  /// The parts of the sum, and the least and greatest of the slices read.
+  /// The parts of the sum, and the least of the slices read.
   struct Sum {
-    Rgb c{}, slices{};
-    Rgb least{}, most{};
+    Rgb c{}, slices{}, least{};
   };
 
   [[nodiscard]] static Azimuths exchanged(Azimuths a);
