@@ -27,7 +27,8 @@ Rgb mixed(const Rgb& near, const Rgb& far, float t) {
 PaperEvaluator::PaperEvaluator(const PaperTextures& textures) : textures_(textures) {}
 
 void PaperEvaluator::evaluate(const DirectionPair& pair, std::span<float, 3> values) const {
-  if (above_horizon(pair)) {
+  // Of an azimuth that is no number a texel's place would be none either.
+  if (above_horizon(pair) && std::isfinite(pair.i.phi) && std::isfinite(pair.v.phi)) {
     evaluate_at(geometry(FrameId::kElevation).coordinates(pair), values);
   } else {
     std::fill(values.begin(), values.end(), 0.0F);

@@ -23,13 +23,15 @@ namespace sbrdf::internal {
 /// near side of the cell has these: as crossings and for three kinds of slices straight lines between them, and for
 /// axial slices straight lines along the ring, over s - u, so that an azimuth that means nothing at the pole does not
 /// matter there. Vertical slices are whole. What this leaves out are the slices along theta_v and along the azimuth at
-/// theta_i = 0.
+/// theta_i = 0: a highlight at normal incidence becomes as wide as the first elevation, which is most of what these
+/// textures are off their slices.
 class PaperEvaluator {
  public:
   /// `textures` must outlive this.
   explicit PaperEvaluator(const PaperTextures& textures);
 
-  /// f_r [1/sr] of one pair, RGB; 0 where a direction lies below the horizon. Exchanging i and v gives the same bits.
+  /// f_r [1/sr] of one pair, RGB; 0 where a direction lies below the horizon or an angle is no number. Exchanging i and
+  /// v gives the same bits.
   void evaluate(const DirectionPair& pair, std::span<float, 3> values) const;
   /// At frame coordinates [degrees], s in [0, 720], u in [0, 360], theta_i <= theta_v (see FrameGeometry::coordinates).
   void evaluate_at(const Coordinates& x, std::span<float, 3> values) const;

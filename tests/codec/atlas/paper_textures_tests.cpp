@@ -195,12 +195,16 @@ TEST_P(PaperDomain, IsNearTheSlicesEverywhereAndReciprocalToTheLastBit) {
   EXPECT_GE(least_off, -1e-3);
 }
 
-TEST(PaperTextures, AreZeroBelowTheHorizon) {
+TEST(PaperTextures, AreZeroBelowTheHorizonAndOfAnglesThatAreNoNumbers) {
   const Baked baked = bake(elevation_frame(28, 180, {}).value(), DomainKind::kLog);
   const PaperEvaluator paper(baked.textures);
-  Rgb r = {1, 1, 1};
-  paper.evaluate({{2, 0}, {0.5, 0}}, r);
-  EXPECT_EQ(r, (Rgb{}));
+  for (const DirectionPair& pair :
+       {DirectionPair{{2, 0}, {0.5, 0}}, DirectionPair{{0.5, 0}, {1.6, 0}}, DirectionPair{{NAN, 0}, {0.5, 0}},
+        DirectionPair{{0.5, NAN}, {0.5, 0}}, DirectionPair{{0.5, 0}, {0.5, INFINITY}}}) {
+    Rgb r = {1, 1, 1};
+    paper.evaluate(pair, r);
+    EXPECT_EQ(r, (Rgb{}));
+  }
 }
 
 TEST(PaperTextures, OfIsotropicMaterialsHoldTheirSlices) {
