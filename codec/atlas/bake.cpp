@@ -7,9 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "codec/evaluation/vector_evaluator.h"
-#include "codec/material/value_domain.h"
-#include "codec/material/value_map.h"
+#include "codec/atlas/slice_values.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
@@ -19,35 +17,7 @@ constexpr std::size_t kChannels = 3;
 constexpr std::size_t kLinesLookedAt = 200;  // of each axis, when its texels are chosen
 constexpr std::uint32_t kFinest = 128;       // steps that a cell is looked at in
 
-using Value = std::array<double, kChannels>;
-
-/// The material in the value domain, guide and all, at frame coordinates.
-class Values {
- public:
-  Values(const SlicedBrdf& sliced, const Lattice& lattice)
-      : evaluator_(sliced, lattice), shares_(sliced.grey_shares), channels_(sliced.channel_count()) {
-    for (std::size_t c = 0; c < channels_; ++c) maps_.emplace_back(sliced.domain, c);
-  }
-
-  [[nodiscard]] Value at(const Coordinates& x) const {
-    std::array<float, kChannels> f{};
-    const auto row = std::span(f).first(channels_);
-    evaluator_.evaluate_at(x, row);
-    shares_.add(row);
-    Value v;
-    for (std::size_t c = 0; c < kChannels; ++c) {
-      const std::size_t from = std::min(c, channels_ - 1);
-      v[c] = maps_[from].forward(static_cast<double>(f[from]));
-    }
-    return v;
-  }
-
- private:
-  VectorEvaluator evaluator_;
-  GreyShares shares_;
-  std::size_t channels_;
-  std::vector<DomainMap<double>> maps_;
-};
+using Value = SliceValues::Value;
 
 /// The part of the nodes that symmetries do not repeat.
 std::vector<double> folded_nodes(const FrameSpec& spec, std::size_t axis, const std::vector<double>& nodes) {
@@ -86,7 +56,7 @@ void set_steps(AtlasAxis& axis, const std::vector<std::uint32_t>& steps) {
 /// Chooses how many texels each cell of an axis gets.
 class TexelChoice {
  public:
-  TexelChoice(const Values& values, const AtlasLayout& layout, const BakeOptions& options)
+  TexelChoice(const SliceValues& values, const AtlasLayout& layout, const BakeOptions& options)
       : values_(values), layout_(layout), options_(options) {}
 
   void choose(std::size_t along, AtlasAxis& axis) const {
@@ -145,7 +115,7 @@ class TexelChoice {
     return std::sqrt(sum / static_cast<double>(values.size() * kChannels));
   }
 
-  const Values& values_;
+  const SliceValues& values_;
   const AtlasLayout& layout_;
   const BakeOptions& options_;
 };
@@ -153,7 +123,7 @@ class TexelChoice {
 /// Fills the texels.
 class Filling {
  public:
-  Filling(const Values& values, Atlas& atlas) : values_(values), atlas_(atlas) {}
+  Filling(const SliceValues& values, Atlas& atlas) : values_(values), atlas_(atlas) {}
 
   void fill() {
     const AtlasLayout& layout = atlas_.layout;
@@ -246,7 +216,7 @@ class Filling {
     }
   }
 
-  const Values& values_;
+  const SliceValues& values_;
   Atlas& atlas_;
 };
 
@@ -275,30 +245,6 @@ void make_reciprocal(AtlasLayout& layout) {
   set_steps(layout.axes[kVertical], both);
 }
 
-AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice) {
-  AtlasDomain domain;
-  const std::size_t channels = sliced.channel_count();
-  const ValueMap<float> map(sliced, lattice);
-  domain.log = sliced.domain.kind == DomainKind::kLog;
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    const std::size_t from = std::min(c, channels - 1);
-    domain.least[c] = map.least(from);
-    domain.most[c] = map.most(from);
-    if (sliced.grey_shares.active()) domain.grey_shares[c] = sliced.grey_shares.shares()[from];
-    if (!domain.log) continue;
-    const DomainMap<float> values(sliced.domain, from);
-    domain.reference[c] = sliced.domain.reference[from];
-    domain.floor[c] = sliced.domain.floor(from);
-    domain.at_floor[c] = values.forward(domain.floor[c]);
-    domain.at_zero[c] = values.forward(0);
-  }
-  if (sliced.grey_shares.active()) {
-    domain.grey_divisor = kChannels;
-    for (const float share : domain.grey_shares) domain.grey_divisor += share;
-  }
-  return domain;
-}
-
 }  // namespace
 
 Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const BakeOptions& options) {
@@ -306,7 +252,7 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
   if (channels != 1 && channels != kChannels) {
     return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
   }
-  const Values values(sliced, lattice);
+  const SliceValues values(sliced, lattice);
   Atlas atlas;
   AtlasLayout& layout = atlas.layout;
   layout.frame = lattice.spec.id;

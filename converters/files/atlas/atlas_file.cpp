@@ -9,25 +9,14 @@
 #include <vector>
 
 #include "converters/files/atlas/manifest.h"
+#include "converters/files/atlas/paper/paper_file.h"
+#include "converters/files/atlas/paper/paper_manifest.h"
 #include "formats/texture/dds.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
 
 namespace sbrdf::internal {
 namespace {
-
-SourceTraits traits_of(const AtlasLayout& layout, std::string description) {
-  SourceTraits traits;
-  traits.format = "atlas";
-  traits.description = std::move(description);
-  traits.channels = {"R", "G", "B"};
-  traits.isotropic = layout.symmetries.isotropic;
-  traits.reciprocal = true;
-  traits.theta_max_deg = layout.theta_max_deg;
-  traits.slice_theta_max_deg = layout.theta_max_deg;
-  if (layout.theta_max_deg < 90) traits.beyond_theta_max = "the value held at theta_max";
-  return traits;
-}
 
 Error of_texture(const std::string& file, const Error& error) {
   Error named = error;
@@ -45,38 +34,52 @@ Result<Texture> read_texture(const std::shared_ptr<const ByteSource>& bytes) {
   return ktx2 ? read_ktx2(*all) : read_dds(*all);
 }
 
-Result<std::vector<float>> read_texels(const ByteSource& manifest, const AtlasFiles& files, const AtlasLayout& layout) {
-  const Result<std::shared_ptr<const ByteSource>> bytes = manifest.neighbour(files.texture);
+}  // namespace
+
+SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description) {
+  SourceTraits traits;
+  traits.format = "atlas";
+  traits.description = std::move(description);
+  traits.channels = {"R", "G", "B"};
+  traits.isotropic = isotropic;
+  traits.reciprocal = true;
+  traits.theta_max_deg = theta_max_deg;
+  traits.slice_theta_max_deg = theta_max_deg;
+  if (theta_max_deg < 90) traits.beyond_theta_max = "the value held at theta_max";
+  return traits;
+}
+
+Result<std::vector<float>> read_texels(const ByteSource& manifest, const std::string& file, TexelFormat texel,
+                                       std::uint32_t width, std::uint32_t height) {
+  const Result<std::shared_ptr<const ByteSource>> bytes = manifest.neighbour(file);
   if (!bytes) return bytes.error();
-  if (*bytes == nullptr) {
-    return io_error("the texture that belongs to it, " + files.texture + ", is not in its folder");
-  }
+  if (*bytes == nullptr) return io_error("the texture that belongs to it, " + file + ", is not in its folder");
   const Result<Texture> texture = read_texture(*bytes);
-  if (!texture) return of_texture(files.texture, texture.error());
-  if (texture->width != layout.width || texture->height != layout.height) {
-    return invalid_file(fmt::format("the texture {} has {} x {} texels, and the manifest says {} x {}", files.texture,
-                                    texture->width, texture->height, layout.width, layout.height));
+  if (!texture) return of_texture(file, texture.error());
+  if (texture->width != width || texture->height != height) {
+    return invalid_file(fmt::format("the texture {} has {} x {} texels, and the manifest says {} x {}", file,
+                                    texture->width, texture->height, width, height));
   }
-  if (texture->format != files.texel) {
-    return invalid_file(fmt::format("the texture {} has {} texels, and the manifest says {}", files.texture,
-                                    name_of(kTexelFormatNames, texture->format),
-                                    name_of(kTexelFormatNames, files.texel)));
+  if (texture->format != texel) {
+    return invalid_file(fmt::format("the texture {} has {} texels, and the manifest says {}", file,
+                                    name_of(kTexelFormatNames, texture->format), name_of(kTexelFormatNames, texel)));
   }
   Result<std::vector<float>> texels = decode_texels(*texture);
-  if (!texels) return of_texture(files.texture, texels.error());
+  if (!texels) return of_texture(file, texels.error());
   const auto wrong = std::find_if_not(texels->begin(), texels->end(), [](float v) { return std::isfinite(v); });
   if (wrong != texels->end()) {
-    const auto texel = static_cast<std::size_t>(wrong - texels->begin()) / 3;
-    return invalid_file(fmt::format("the texture {} has a texel that is not finite, at column {} of row {}",
-                                    files.texture, texel % layout.width, texel / layout.width));
+    const auto at = static_cast<std::size_t>(wrong - texels->begin()) / 3;
+    return invalid_file(fmt::format("the texture {} has a texel that is not finite, at column {} of row {}", file,
+                                    at % width, at / width));
   }
   return texels;
 }
 
-}  // namespace
-
 AtlasSource::AtlasSource(Atlas atlas, std::string description)
-    : atlas_(std::move(atlas)), evaluator_(atlas_), traits_(traits_of(atlas_.layout, std::move(description))) {}
+    : atlas_(std::move(atlas)),
+      evaluator_(atlas_),
+      traits_(traits_of_textures(atlas_.layout.symmetries.isotropic, atlas_.layout.theta_max_deg,
+                                 std::move(description))) {}
 
 void AtlasSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -88,12 +91,17 @@ Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource>
   if (bytes->size() > kLongestManifest) return unsupported("the manifest is longer than 16 MB");
   const Result<std::vector<std::byte>> text = read_range(*bytes, 0, bytes->size());
   if (!text) return text.error();
-  Result<AtlasManifest> manifest = parse_manifest({reinterpret_cast<const char*>(text->data()), text->size()});
+  const std::string_view json = {reinterpret_cast<const char*>(text->data()), text->size()};
+  const Result<std::string> name = manifest_layout(json);
+  if (!name) return name.error();
+  if (*name == kPaperLayout) return open_paper(*bytes, json);
+  Result<AtlasManifest> manifest = parse_manifest(json);
   if (!manifest) return manifest.error();
-  Result<std::vector<float>> texels = read_texels(*bytes, manifest->files, manifest->atlas.layout);
+  const AtlasLayout& layout = manifest->atlas.layout;
+  Result<std::vector<float>> texels =
+      read_texels(*bytes, manifest->files.texture, manifest->files.texel, layout.width, layout.height);
   if (!texels) return texels.error();
   manifest->atlas.texels = *std::move(texels);
-  const AtlasLayout& layout = manifest->atlas.layout;
   std::string description = fmt::format("texture atlas, {} x {} texels, {}", layout.width, layout.height,
                                         name_of(kTexelFormatNames, manifest->files.texel));
   std::unique_ptr<BrdfSource> source =

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "codec/atlas/atlas.h"
 #include "codec/atlas/atlas_evaluator.h"
@@ -28,7 +31,15 @@ class AtlasSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-/// Opens a manifest and the texture that it names: the row of the format table.
+/// The texels of a texture that a manifest names, a file beside it of any container: RGB, row by row. kIo where it is
+/// not there, kInvalidFile where it has other sides.
+[[nodiscard]] Result<std::vector<float>> read_texels(const ByteSource& manifest, const std::string& file,
+                                                     std::uint32_t width, std::uint32_t height);
+
+/// What is said of a material in textures, its directions up to `theta_max_deg`.
+[[nodiscard]] SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description);
+
+/// Opens a manifest of any layout and the textures that it names: the row of the format table.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource> bytes,
                                                              const Options& options);
 

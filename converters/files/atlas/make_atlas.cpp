@@ -8,9 +8,6 @@
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
 #include "codec/atlas/texel_range.h"
-#include "codec/evaluation/evaluator.h"
-#include "codec/search/held_back.h"
-#include "formats/core/parallel.h"
 #include "formats/texture/dds.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
@@ -18,9 +15,6 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kJudgedBy = 20'000;
-constexpr std::uint64_t kSeed = 5;
-constexpr std::size_t kBlock = 256;
 constexpr double kFirstTolerance = 0.04;
 constexpr int kMostSteps = 8;  // each halves the tolerance
 /// A finer atlas that is not nearer by so much is not worth its texels.
@@ -48,13 +42,14 @@ class Maker {
       : sliced_(sliced), source_(source), options_(options) {}
 
   Result<MadeAtlas> make(const Progress& progress) {
-    if (Status drawn = draw(); !drawn) return drawn.error();
+    const Result<AtlasJudge> judge = AtlasJudge::make(sliced_, source_);
+    if (!judge) return judge.error();
     ProgressCounter counter(progress, kMostSteps);
     std::optional<MadeAtlas> best;
     double tolerance = kFirstTolerance;
     for (int step = 0; step < kMostSteps; ++step, tolerance /= 2) {
       if (!counter.advance()) return interrupted_error();
-      Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast);
+      Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast, *judge);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
       if (best && !is_worth_it(made->errors, best->errors)) break;
@@ -64,7 +59,7 @@ class Maker {
     }
     // Only the one that is kept is worth a long search for its blocks.
     if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
-    Result<MadeAtlas> made = attempt(best->tolerance, Bc6hSpeed::kThorough);
+    Result<MadeAtlas> made = attempt(best->tolerance, Bc6hSpeed::kThorough, *judge);
     if (made) made->reached = error_of(*made) <= options_.max_error_percent;
     return made;
   }
@@ -79,23 +74,7 @@ class Maker {
     return std::max(made.errors.mre_percent, made.errors.rel_l1_percent);
   }
 
-  Status draw() {
-    const Evaluator evaluator(sliced_.sliced, sliced_.lattice);
-    const std::size_t channels = evaluator.channel_count();
-    const FrameSpec& frame = sliced_.sliced.frame;
-    const HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};
-    Result<HeldBack> drawn = draw_held_back(wanted, channels, [&](auto pairs, auto values) {
-      evaluate_in_parallel(source_, pairs, values);
-      return ok_status();
-    });
-    if (!drawn) return drawn.error();
-    from_source_ = *std::move(drawn);
-    from_slices_ = from_source_;
-    from_slices_.values = evaluate(evaluator, from_source_.pairs);
-    return ok_status();
-  }
-
-  Result<MadeAtlas> attempt(double tolerance, Bc6hSpeed speed) const {
+  Result<MadeAtlas> attempt(double tolerance, Bc6hSpeed speed, const AtlasJudge& judge) const {
     BakeOptions bake;
     bake.tolerance = tolerance;
     bake.blocks = texel_block(options_.texel).side > 1;
@@ -106,9 +85,7 @@ class Maker {
     made.atlas = *std::move(baked);
     use_range(made.atlas, range_of(options_.texel));
     const AtlasLayout& layout = made.atlas.layout;
-    // Graphics cards take three floats in no file of theirs.
-    const bool wide = options_.texel == TexelFormat::kRgb32f && options_.container != AtlasContainer::kExr;
-    const TexelFormat texel = wide ? TexelFormat::kRgba32f : options_.texel;
+    const TexelFormat texel = stored_texel(options_);
     Result<Texture> texture =
         encode_texels(texel, layout.width, layout.height, made.atlas.texels, made.counts, {speed, Bc6hMetric::kLinear});
     if (!texture) return texture.error();
@@ -116,36 +93,25 @@ class Maker {
     Result<std::vector<float>> texels = decode_texels(made.texture);
     if (!texels) return texels.error();
     made.atlas.texels = *std::move(texels);
-    judge_made(made);
-    return made;
-  }
-
-  void judge_made(MadeAtlas& made) const {
     const AtlasEvaluator evaluator(made.atlas);
-    const std::size_t channels = sliced_.sliced.channel_count();
-    std::vector<float> values(from_slices_.values.size());
-    for_all(from_slices_.pairs.size(), kBlock, [&](std::size_t k) {
-      std::array<float, 3> rgb{};
-      evaluator.evaluate(from_slices_.pairs[k], rgb);
-      std::copy_n(rgb.begin(), channels, values.begin() + static_cast<std::ptrdiff_t>(k * channels));
-    });
-    made.errors = errors_of(values, from_slices_);
-    made.of_source = errors_of(values, from_source_);
-  }
-
-  static AtlasErrors errors_of(std::span<const float> values, const HeldBack& held_back) {
-    const HeldBackError error = judge(values, held_back);
-    return {error.mre_percent, error.rel_l1_percent, held_back.pairs.size()};
+    const AtlasJudge::Errors errors =
+        judge.errors([&](const DirectionPair& pair, std::span<float, 3> rgb) { evaluator.evaluate(pair, rgb); });
+    made.errors = errors.to_slices;
+    made.of_source = errors.to_source;
+    return made;
   }
 
   const DecodedSliced& sliced_;
   const BrdfSource& source_;
   const AtlasOptions& options_;
-  HeldBack from_source_;
-  HeldBack from_slices_;  ///< the same directions
 };
 
 }  // namespace
+
+TexelFormat stored_texel(const AtlasOptions& options) {
+  const bool wide = options.texel == TexelFormat::kRgb32f && options.container != AtlasContainer::kExr;
+  return wide ? TexelFormat::kRgba32f : options.texel;
+}
 
 Status check_atlas_options(const AtlasOptions& options) {
   const bool half = options.texel == TexelFormat::kRgba16f;

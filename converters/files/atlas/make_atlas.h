@@ -7,6 +7,7 @@
 
 #include "codec/atlas/atlas.h"
 #include "codec/file/encoder.h"
+#include "converters/files/atlas/atlas_judge.h"
 #include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
 #include "formats/core/named.h"
@@ -28,13 +29,6 @@ struct AtlasOptions {
   double max_error_percent = 0.5;
 };
 
-/// On directions drawn densely around highlights.
-struct AtlasErrors {
-  double mre_percent = 0;
-  double rel_l1_percent = 0;
-  std::uint64_t directions = 0;
-};
-
 struct MadeAtlas {
   Atlas atlas;  ///< with the texels that its texture gives back
   Texture texture;
@@ -50,6 +44,9 @@ struct MadeAtlas {
 
 /// kUnsupported where a texture does not hold so many channels of a material.
 [[nodiscard]] Status check_atlas_channels(std::size_t channels);
+
+/// The texels that are written: three floats as four where the container is for graphics cards, which take no three.
+[[nodiscard]] TexelFormat stored_texel(const AtlasOptions& options);
 
 /// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more. `source` is what
 /// the slices were made of, or they themselves.

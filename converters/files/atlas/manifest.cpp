@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "codec/frame/frame.h"
+#include "converters/files/atlas/manifest_members.h"
 #include "formats/core/named.h"
 
 namespace sbrdf::internal {
@@ -19,94 +20,6 @@ constexpr std::string_view kBeginning = "{\"sbrdf\":\"atlas\"";
 constexpr std::size_t kMostNodes = 4096;
 constexpr std::uint32_t kMostTexels = 65536;
 constexpr std::uint32_t kMostSide = 16384;
-constexpr int kDeepest = 32;               // levels of JSON: what compares and copies it is recursive
-constexpr std::size_t kMostMembers = 256;  // of an object, which are looked for one by one
-/// With grey shares the values of all channels are added up.
-constexpr float kLargestOfSum = 1e37F;
-
-/// Reads members of objects. The first one that is missing or wrong sticks: what is read from then on means nothing.
-class MemberReader {
- public:
-  void refuse(const std::string& member, const std::string& what) {
-    if (!error_) error_ = "'" + member + "' " + what;
-  }
-  [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
-
-  /// null where there is none.
-  const Json& member(const Json& json, const char* name) {
-    static const Json kNone;
-    if (json.is_object() && json.contains(name)) return json.at(name);
-    refuse(name, "is missing");
-    return kNone;
-  }
-
-  double number(const Json& json, const char* name, double least, double most) {
-    const Json& value = member(json, name);
-    const double number = value.is_number() ? value.get<double>() : least - 1;
-    if (number >= least && number <= most) return number;
-    refuse(name, "is no number in range");
-    return least;
-  }
-
-  std::uint32_t whole(const Json& value, const char* name, std::uint32_t most) {
-    if (value.is_number_unsigned() && value.get<std::uint64_t>() <= most) return value.get<std::uint32_t>();
-    refuse(name, "is no whole number in range");
-    return 0;
-  }
-
-  bool flag(const Json& json, const char* name) {
-    const Json& value = member(json, name);
-    if (value.is_boolean()) return value.get<bool>();
-    refuse(name, "is neither true nor false");
-    return false;
-  }
-
-  std::string text(const Json& json, const char* name) {
-    const Json& value = member(json, name);
-    if (value.is_string()) return value.get<std::string>();
-    refuse(name, "is no text");
-    return {};
-  }
-
-  /// A text that can be only one.
-  void constant(const Json& json, const char* name, const std::string& value) {
-    if (text(json, name) != value) refuse(name, "is not '" + value + "'");
-  }
-
-  /// A name in the folder of the manifest, and in no other.
-  std::string file_name(const Json& json, const char* name) {
-    std::string file = text(json, name);
-    if (file.empty() || file.find_first_of(std::string_view("/\\\0", 3)) != std::string::npos || file == "." ||
-        file == "..") {
-      refuse(name, "is no plain file name");
-    }
-    return file;
-  }
-
-  std::array<float, 3> colour(const Json& json, const char* name) {
-    const Json& value = member(json, name);
-    std::array<float, 3> rgb{};
-    const bool three = value.is_array() && value.size() == rgb.size();
-    for (std::size_t c = 0; three && c < rgb.size(); ++c) {
-      rgb[c] = value[c].is_number() ? value[c].get<float>() : std::numeric_limits<float>::infinity();
-      if (!std::isfinite(rgb[c])) refuse(name, "is no list of three numbers");
-    }
-    if (!three) refuse(name, "is no list of three numbers");
-    return rgb;
-  }
-
-  /// A list; empty where it is none, or longer than `most`.
-  const Json& list(const Json& json, const char* name, std::size_t most) {
-    static const Json kEmpty = Json::array();
-    const Json& value = member(json, name);
-    if (value.is_array() && value.size() <= most) return value;
-    refuse(name, "is no list of at most " + std::to_string(most));
-    return kEmpty;
-  }
-
- private:
-  std::optional<std::string> error_;
-};
 
 Json axis_json(const AtlasAxis& axis, std::string_view name) {
   Json json = {{"name", name}, {"nodes_deg", axis.nodes_deg}};
@@ -184,51 +97,6 @@ Json ring_json(const AtlasRing& ring) {
           {"period_deg", ring.period_deg}};
 }
 
-Json domain_json(const AtlasDomain& domain) {
-  return {{"domain", domain.log ? "log" : "linear"},
-          {"reference", domain.reference},
-          {"floor", domain.floor},
-          {"at_floor", domain.at_floor},
-          {"at_zero", domain.at_zero},
-          {"least", domain.least},
-          {"most", domain.most},
-          {"grey_shares", domain.grey_shares},
-          {"grey_divisor", domain.grey_divisor}};
-}
-
-/// So that every texel gives a finite value.
-void check_domain(MemberReader& reader, const AtlasDomain& domain) {
-  float divisor = 3;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (domain.least[c] > domain.most[c]) reader.refuse("least", "is above 'most'");
-    if (domain.log && !(domain.reference[c] > 0)) reader.refuse("reference", "is not above 0");
-    if (domain.log && !(domain.floor[c] > 0)) reader.refuse("floor", "is not above 0");
-    if (domain.grey_shares[c] < 0) reader.refuse("grey_shares", "has a share below 0");
-    divisor += domain.grey_shares[c];
-    if (domain.grey_divisor == 0) continue;
-    if (std::max(-domain.least[c], domain.most[c]) > kLargestOfSum) reader.refuse("most", "is too large for shares");
-  }
-  const bool expected = std::abs(domain.grey_divisor - divisor) <= 1e-5F * divisor;
-  if (domain.grey_divisor != 0 && !expected) reader.refuse("grey_divisor", "is neither 0 nor 3 and all 'grey_shares'");
-}
-
-AtlasDomain read_domain(MemberReader& reader, const Json& json) {
-  AtlasDomain domain;
-  const std::string name = reader.text(json, "domain");
-  if (name != "log" && name != "linear") reader.refuse("domain", "is neither log nor linear");
-  domain.log = name == "log";
-  domain.reference = reader.colour(json, "reference");
-  domain.floor = reader.colour(json, "floor");
-  domain.at_floor = reader.colour(json, "at_floor");
-  domain.at_zero = reader.colour(json, "at_zero");
-  domain.least = reader.colour(json, "least");
-  domain.most = reader.colour(json, "most");
-  domain.grey_shares = reader.colour(json, "grey_shares");
-  domain.grey_divisor = static_cast<float>(reader.number(json, "grey_divisor", 0, 1e6));
-  check_domain(reader, domain);
-  return domain;
-}
-
 FrameId read_frame_id(MemberReader& reader, const Json& frame) {
   const std::string id = reader.text(frame, "id");
   for (const FrameId each : {FrameId::kElevation, FrameId::kHalfDifference}) {
@@ -301,28 +169,10 @@ AtlasFiles read_files(MemberReader& reader, const Json& json) {
   return files;
 }
 
-/// kInvalidFile for text that is no JSON, or too deep or full to be a manifest.
-Result<Json> parse_json(std::string_view text) {
-  std::array<std::size_t, kDeepest + 1> members{};
-  bool too_much = false;
-  const auto keep = [&](int depth, Json::parse_event_t event, const Json& /*value*/) {
-    const bool opens = event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
-    too_much = too_much || (opens && depth >= kDeepest);
-    if (too_much) return false;
-    if (opens) members[static_cast<std::size_t>(depth) + 1] = 0;
-    if (event == Json::parse_event_t::key) too_much = ++members[static_cast<std::size_t>(depth)] > kMostMembers;
-    return !too_much;
-  };
-  Json json = Json::parse(text, keep, false);
-  if (too_much) return invalid_file("JSON that is nested too deeply, or an object with too many members");
-  if (json.is_discarded()) return invalid_file("is no JSON");
-  return json;
-}
-
 void read_all(MemberReader& reader, const Json& json, AtlasManifest& manifest) {
   if (reader.text(json, "sbrdf") != "atlas") reader.refuse("sbrdf", "is not 'atlas'");
   if (reader.number(json, "version", 0, 1e9) != 1) reader.refuse("version", "is not 1, the only one known here");
-  if (reader.text(json, "layout") != "engine") reader.refuse("layout", "is not 'engine', the only one read here");
+  if (reader.text(json, "layout") != "engine") reader.refuse("layout", "is neither 'engine' nor 'paper'");
   manifest.files = read_files(reader, json);
   AtlasLayout& layout = manifest.atlas.layout;
   layout = read_layout(reader, json);
@@ -370,13 +220,26 @@ std::string emit_manifest(const Atlas& atlas, const AtlasFiles& files, const Jso
   }
   json["values"] = domain_json(atlas.domain);
   for (const auto& [name, value] : more.items()) json[name] = value;
+  return manifest_text(json);
+}
+
+std::string manifest_text(const Json& json) {
   // Names of files can be any bytes, JSON holds UTF-8 only.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+Result<std::string> manifest_layout(std::string_view text) {
+  const Result<Json> json = parse_manifest_json(text);
+  if (!json) return json.error();
+  MemberReader reader;
+  std::string layout = reader.text(*json, "layout");
+  if (reader.error()) return invalid_file("manifest of an atlas: " + *reader.error());
+  return layout;
+}
+
 Result<AtlasManifest> parse_manifest(std::string_view text) {
   AtlasManifest manifest;
-  Result<Json> json = parse_json(text);
+  Result<Json> json = parse_manifest_json(text);
   if (!json) return json.error();
   manifest.json = *std::move(json);
   MemberReader reader;

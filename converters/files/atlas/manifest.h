@@ -34,8 +34,16 @@ struct AtlasManifest {
   nlohmann::ordered_json json;  ///< all of it
 };
 
-/// Everything is checked, so that any texture of these sides can be evaluated: kInvalidFile names the member.
+/// Everything is checked, so that any texture of these sides can be evaluated: kInvalidFile names the member,
+/// also where the layout is not "engine".
 [[nodiscard]] Result<AtlasManifest> parse_manifest(std::string_view text);
+
+/// Which layout a manifest says it has, known or not: what has to be asked before it is parsed. kInvalidFile for what
+/// is no JSON, or has no such member.
+[[nodiscard]] Result<std::string> manifest_layout(std::string_view text);
+
+/// The JSON of a manifest as one line that recognises_manifest knows; it begins with the member "sbrdf".
+[[nodiscard]] std::string manifest_text(const nlohmann::ordered_json& json);
 
 /// By its beginning, as emit_manifest writes it.
 [[nodiscard]] bool recognises_manifest(std::string_view head);

@@ -41,15 +41,6 @@ constexpr std::array<std::string_view, 2> kValueChoices = {kFitted, "measured"};
 constexpr auto kChunkChoices = names_of(kChunkNames);
 constexpr auto kMetadataChoices = names_of(kMetadataNames);
 
-std::optional<Placement> parse_steps(std::string_view text) {
-  const std::size_t slash = text.find('/');
-  if (slash == std::string_view::npos) return std::nullopt;
-  const auto elevation = parse_number(text.substr(0, slash));
-  const auto azimuth = parse_number(text.substr(slash + 1));
-  if (!elevation || !azimuth || *elevation <= 0 || *azimuth <= 0) return std::nullopt;
-  return Placement{*elevation, *azimuth};
-}
-
 Status check_placement(std::string_view text) {
   if (text == kSearch || text == kPaper || parse_steps(text)) return ok_status();
   return usage_error(
@@ -199,6 +190,15 @@ StructureRule structure_rule(const Options& options) {
 }
 
 }  // namespace
+
+std::optional<Placement> parse_steps(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const auto elevation = parse_number(text.substr(0, slash));
+  const auto azimuth = parse_number(text.substr(slash + 1));
+  if (!elevation || !azimuth || *elevation <= 0 || *azimuth <= 0) return std::nullopt;
+  return Placement{*elevation, *azimuth};
+}
 
 std::span<const OptionSpec> sliced_options() { return kOptions; }
 

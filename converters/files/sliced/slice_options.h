@@ -1,6 +1,8 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "converters/files/options.h"
 #include "converters/slicing/slicing.h"
@@ -9,6 +11,9 @@ namespace sbrdf::internal {
 
 // The texts that options of sliced files hold, and the SliceOptions that they mean. A name such as "half-difference" is
 // written down once, in converters/slicing/names.h.
+
+/// A placement e_s/a_s such as "14/36": two positive numbers of degrees; nothing for other texts.
+[[nodiscard]] std::optional<Placement> parse_steps(std::string_view text);
 
 /// The options of sliced files: where slices lie, how they are sampled and when to stop, and how they are coded. Each
 /// has a line in specs/sbrdf.md.

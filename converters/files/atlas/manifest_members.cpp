@@ -1,0 +1,83 @@
+#include "converters/files/atlas/manifest_members.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace sbrdf::internal {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr int kDeepest = 32;               // levels of JSON: what compares and copies it is recursive
+constexpr std::size_t kMostMembers = 256;  // of an object, which are looked for one by one
+/// With grey shares the values of all channels are added up.
+constexpr float kLargestOfSum = 1e37F;
+
+/// So that every texel gives a finite value.
+void check_domain(MemberReader& reader, const AtlasDomain& domain) {
+  float divisor = 3;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (domain.least[c] > domain.most[c]) reader.refuse("least", "is above 'most'");
+    if (domain.log && !(domain.reference[c] > 0)) reader.refuse("reference", "is not above 0");
+    if (domain.log && !(domain.floor[c] > 0)) reader.refuse("floor", "is not above 0");
+    if (domain.grey_shares[c] < 0) reader.refuse("grey_shares", "has a share below 0");
+    divisor += domain.grey_shares[c];
+    if (domain.grey_divisor == 0) continue;
+    if (std::max(-domain.least[c], domain.most[c]) > kLargestOfSum) reader.refuse("most", "is too large for shares");
+  }
+  const bool expected = std::abs(domain.grey_divisor - divisor) <= 1e-5F * divisor;
+  if (domain.grey_divisor != 0 && !expected) reader.refuse("grey_divisor", "is neither 0 nor 3 and all 'grey_shares'");
+}
+
+}  // namespace
+
+Result<Json> parse_manifest_json(std::string_view text) {
+  std::array<std::size_t, kDeepest + 1> members{};
+  bool too_much = false;
+  const auto keep = [&](int depth, Json::parse_event_t event, const Json& /*value*/) {
+    const bool opens = event == Json::parse_event_t::object_start || event == Json::parse_event_t::array_start;
+    too_much = too_much || (opens && depth >= kDeepest);
+    if (too_much) return false;
+    if (opens) members[static_cast<std::size_t>(depth) + 1] = 0;
+    if (event == Json::parse_event_t::key) too_much = ++members[static_cast<std::size_t>(depth)] > kMostMembers;
+    return !too_much;
+  };
+  Json json = Json::parse(text, keep, false);
+  if (too_much) return invalid_file("JSON that is nested too deeply, or an object with too many members");
+  if (json.is_discarded()) return invalid_file("is no JSON");
+  return json;
+}
+
+Json domain_json(const AtlasDomain& domain) {
+  return {{"domain", domain.log ? "log" : "linear"},
+          {"reference", domain.reference},
+          {"floor", domain.floor},
+          {"at_floor", domain.at_floor},
+          {"at_zero", domain.at_zero},
+          {"least", domain.least},
+          {"most", domain.most},
+          {"grey_shares", domain.grey_shares},
+          {"grey_divisor", domain.grey_divisor}};
+}
+
+AtlasDomain read_domain(MemberReader& reader, const Json& json) {
+  AtlasDomain domain;
+  const std::string name = reader.text(json, "domain");
+  if (name != "log" && name != "linear") reader.refuse("domain", "is neither log nor linear");
+  domain.log = name == "log";
+  domain.reference = reader.colour(json, "reference");
+  domain.floor = reader.colour(json, "floor");
+  domain.at_floor = reader.colour(json, "at_floor");
+  domain.at_zero = reader.colour(json, "at_zero");
+  domain.least = reader.colour(json, "least");
+  domain.most = reader.colour(json, "most");
+  domain.grey_shares = reader.colour(json, "grey_shares");
+  domain.grey_divisor = static_cast<float>(reader.number(json, "grey_divisor", 0, 1e6));
+  check_domain(reader, domain);
+  return domain;
+}
+
+}  // namespace sbrdf::internal

@@ -1,0 +1,119 @@
+#include "tools/commands/atlas/atlas_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "converters/files/atlas/manifest.h"
+#include "converters/files/atlas/paper/paper_manifest.h"
+#include "converters/slicing/slicing.h"
+#include "formats/os/atomic_file.h"
+#include "formats/os/files.h"
+#include "tools/console/terminal.h"
+#include "tools/io/outputs.h"
+
+namespace sbrdf::internal {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint64_t kPaperSampleCount = 8911;
+
+/// Whether an atlas has this name already, of either layout.
+bool is_manifest(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) return false;
+  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+  if (!file || (*file)->size() > kLongestManifest) return false;
+  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
+  if (!bytes) return false;
+  const std::string_view text = {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
+  return parse_manifest(text).ok() || parse_paper_manifest(text).ok();
+}
+
+bool is_utf8(const std::string& text) {
+  const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+  return Json::parse(quoted).get<std::string>() == text;
+}
+
+/// What an earlier atlas of this name consists of may be replaced, and nothing else: who names one prefix does not see
+/// all names.
+Status check_path(const std::string& path, bool own, std::span<const std::string> inputs) {
+  if (is_among(path, paths_read(inputs))) return usage_error("is an input, which this would replace");
+  if (Status free = check_destination(path); !free) return free;
+  if (own || !std::filesystem::exists(path)) return ok_status();
+  return usage_error("there is a file of that name that is of no atlas here; choose another prefix or remove it first");
+}
+
+}  // namespace
+
+std::string path_of(const AtlasCommand& command, const std::string& ending) { return command.prefix + ending; }
+
+std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths, const std::string& manifest) {
+  const std::string name = file_name_of(command.prefix);
+  if (name.empty()) return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
+  if (!is_utf8(name)) return usage_error("OUT_PREFIX is not UTF-8, which is all that a manifest can name");
+  const std::vector<std::string> inputs = {command.in};
+  const bool own = is_manifest(manifest);
+  for (const std::string& path : paths) {
+    if (Status free = check_path(path, own, inputs); !free) {
+      Error named = free.error();
+      named.message = path + ": " + named.message;
+      return named;
+    }
+  }
+  return ok_status();
+}
+
+Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& command, const Progress& progress) {
+  if (const DecodedSliced* sliced = source.sliced()) return *sliced;
+  const bool paper = command.layout == AtlasLayoutName::kPaper;
+  SliceOptions options;
+  options.stop = SampleCount{command.samples.value_or(paper ? kPaperSampleCount : kDefaultSampleCount)};
+  if (paper) options.structure = command.placement.value_or(Placement{14, 36});
+  Result<Slicing> slicing = slice_source(source, options, progress);
+  if (!slicing) return slicing.error();
+  DecodedSliced decoded;
+  decoded.sliced = std::move(slicing->sliced);
+  decoded.lattice = std::move(slicing->lattice);
+  return decoded;
+}
+
+Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents) {
+  std::vector<std::unique_ptr<AtomicFile>> files;
+  for (const auto& [path, bytes] : contents) {
+    Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(path);
+    if (!file) return file.error();
+    if (Status put = (*file)->write(0, bytes); !put) return put.error();
+    files.push_back(*std::move(file));
+  }
+  for (const auto& file : files) {
+    if (Status committed = file->commit(); !committed) return committed.error();
+  }
+  return ok_status();
+}
+
+Json errors_json(const AtlasErrors& errors) {
+  return {{"mre_percent", errors.mre_percent},
+          {"rel_l1_percent", errors.rel_l1_percent},
+          {"directions", errors.directions}};
+}
+
+Json facts_json(const AtlasErrors& to_slices, const AtlasErrors& to_source, const AtlasCommand& command,
+                const SourceTraits& traits) {
+  Json facts;
+  facts["errors"] = {{"to_slices", errors_json(to_slices)}, {"to_source", errors_json(to_source)}};
+  facts["source"] = {
+      {"name", file_name_of(command.in)}, {"format", traits.format}, {"description", traits.description}};
+  return facts;
+}
+
+std::string errors_text(const AtlasErrors& errors) {
+  return fmt::format("MRE {} %, relative L1 {} %", format_number(errors.mre_percent),
+                     format_number(errors.rel_l1_percent));
+}
+
+}  // namespace sbrdf::internal

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codec/file/encoder.h"
+#include "converters/files/atlas/make_atlas.h"
+#include "converters/files/options.h"
+#include "converters/slicing/options.h"
+#include "converters/source/brdf_source.h"
+#include "converters/source/progress.h"
+#include "formats/core/named.h"
+#include "formats/core/result.h"
+
+namespace sbrdf::internal {
+
+enum class AtlasLayoutName : std::uint8_t {
+  kEngine,  ///< one texture and its shader
+  kPaper,   ///< the paper's four textures
+};
+inline constexpr std::array kAtlasLayoutNames = {Named{"engine", AtlasLayoutName::kEngine},
+                                                 Named{"paper", AtlasLayoutName::kPaper}};
+
+struct AtlasCommand {
+  std::string in;
+  std::string prefix;
+  AtlasLayoutName layout = AtlasLayoutName::kEngine;
+  AtlasOptions options;
+  std::optional<std::uint64_t> samples;  ///< open: kDefaultSampleCount, with the paper's layout 8,911
+  std::optional<Placement> placement;    ///< with the paper's layout; open: 14/36
+  bool json = false;
+  Options given;  ///< of reading
+};
+
+/// A path in front of ending, such as "_axial.exr".
+[[nodiscard]] std::string path_of(const AtlasCommand& command, const std::string& ending);
+/// Its name without folders.
+[[nodiscard]] std::string file_name_of(const std::string& path);
+
+/// Whether all of `paths`, of which `manifest` is one, may be written. What an atlas of this name consists of is
+/// replaced, nothing else that is a BRDF. kUsage names the file.
+[[nodiscard]] Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths,
+                                 const std::string& manifest);
+
+/// The slices that a source has, or that it is sampled into.
+[[nodiscard]] Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& command,
+                                              const Progress& progress);
+
+/// All files, or none: each is complete before the first gets its name.
+[[nodiscard]] Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents);
+
+[[nodiscard]] nlohmann::ordered_json errors_json(const AtlasErrors& errors);
+/// The members of a manifest of any layout that say what was made of what, and how near.
+[[nodiscard]] nlohmann::ordered_json facts_json(const AtlasErrors& to_slices, const AtlasErrors& to_source,
+                                                const AtlasCommand& command, const SourceTraits& traits);
+/// "MRE 1.2 %, relative L1 0.8 %".
+[[nodiscard]] std::string errors_text(const AtlasErrors& errors);
+
+/// Writes and reports the paper's layout; the exit code.
+[[nodiscard]] int run_paper(const AtlasCommand& command, const BrdfSource& source);
+/// kUsage where options do not fit it. All files that it writes, the manifest last.
+[[nodiscard]] Result<std::vector<std::string>> paper_paths(const AtlasCommand& command);
+
+}  // namespace sbrdf::internal
