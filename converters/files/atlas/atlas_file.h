@@ -11,6 +11,7 @@
 #include "codec/atlas/atlas_evaluator.h"
 #include "converters/files/format.h"
 #include "converters/source/brdf_source.h"
+#include "formats/texture/texels.h"
 
 namespace sbrdf::internal {
 
@@ -32,9 +33,9 @@ class AtlasSource final : public BrdfSource {
 };
 
 /// The texels of a texture that a manifest names, a file beside it of any container: RGB, row by row. kIo where it is
-/// not there, kInvalidFile where it has other sides.
+/// not there, kInvalidFile where it has other sides or texels, or one that is not finite.
 [[nodiscard]] Result<std::vector<float>> read_texels(const ByteSource& manifest, const std::string& file,
-                                                     std::uint32_t width, std::uint32_t height);
+                                                     TexelFormat texel, std::uint32_t width, std::uint32_t height);
 
 /// What is said of a material in textures, its directions up to `theta_max_deg`.
 [[nodiscard]] SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description);
