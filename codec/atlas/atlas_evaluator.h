@@ -16,7 +16,8 @@ class AtlasEvaluator {
 
   /// f_r [1/sr] of one pair, RGB; 0 where a direction lies below the horizon.
   void evaluate(const DirectionPair& pair, std::span<float, 3> values) const;
-  /// At frame coordinates [degrees], azimuths within the padded lattice (see FrameGeometry::coordinates).
+  /// At frame coordinates [degrees] as FrameGeometry::coordinates gives them: azimuths within the padded lattice, and
+  /// in the elevation frame theta_i not above theta_v. Of others it only reads other texels than it should.
   void evaluate_at(const Coordinates& x, std::span<float, 3> values) const;
 
  private:

@@ -272,15 +272,16 @@ std::string repeated(const std::string& text, std::size_t times) {
   return all;
 }
 
-/// As deep as a manifest may be long, in several places; as many members and elements.
+/// So deep that recursion would overflow the stack, in several places; so many members that looking for each would not
+/// end.
 TEST(Manifest, IsRefusedInNoTimeWhereItIsDeepOrFull) {
-  constexpr std::size_t kMany = std::size_t{1} << 21U;
+  constexpr std::size_t kMany = std::size_t{1} << 19U;
   const auto begun = std::chrono::steady_clock::now();
   const std::string text = emit_manifest(atlases()[1], kFiles, {});
   std::vector<std::string> nasty = {repeated("[", kMany), repeated("[", kMany) + repeated("]", kMany),
                                     repeated("{\"a\":", kMany), "[" + repeated("0,", kMany) + "0]"};
   std::string members = "{\"sbrdf\":\"atlas\"";
-  for (std::size_t k = 0; k < kMany / 4; ++k) members += ",\"" + std::to_string(k) + "\":0";
+  for (std::size_t k = 0; k < kMany; ++k) members += ",\"" + std::to_string(k) + "\":0";
   nasty.push_back(members + "}");
   for (const char* place : {"\"tables\":[{", "\"ring\":{", "\"shader\":", "\"axes\":[", "\"values\":{"}) {
     const std::size_t at = text.find(place);
@@ -295,7 +296,7 @@ TEST(Manifest, IsRefusedInNoTimeWhereItIsDeepOrFull) {
     ASSERT_FALSE(read) << each.substr(0, 60);
     EXPECT_EQ(read.error().code, ErrorCode::kInvalidFile);
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(30));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(60));
 }
 
 TEST(Manifest, IsRefusedWhereAxesAskForATextureThatNobodyHas) {
