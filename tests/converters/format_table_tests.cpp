@@ -320,6 +320,7 @@ TEST(Recognise, AsksTheReaderWhatIsWrongWithADamagedFile) {
 
 TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
   for (const Format& format : formats()) {
+    if (format.name == "atlas") continue;  // its texels are in a file beside it
     const Options options = reading_options(format);
     auto bytes = source_of(small_files::of(format.name));
     const auto source = open_source(bytes, options);
@@ -334,6 +335,7 @@ TEST(OpenSource, KeepsTheBytesThatItReadsFrom) {
 
 TEST(OpenSource, TakesSourcesThatHaveNoView) {
   for (const Format& format : formats()) {
+    if (format.name == "atlas") continue;  // its texels are in a file beside it
     const Options options = reading_options(format);
     const auto file = std::make_shared<Bytes>(small_files::of(format.name));
     const auto called = std::make_shared<CallbackSource>(

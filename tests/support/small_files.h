@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "converters/files/atlas/manifest.h"
 #include "converters/files/format_table.h"
 #include "converters/models/kurt.h"
 #include "formats/merl/merl.h"
@@ -30,6 +31,21 @@ inline Bytes bytes_of(std::string_view text) {
 inline constexpr std::string_view kKurtJson =
     R"({"name": "small", "k_d": [0.2, 0.3, 0.4],
         "lobes": [{"k_s": [0.1, 0.1, 0.1], "f_0": 0.5, "m_x": 0.3, "m_y": 0.3, "alpha": 0}]})";
+
+/// A manifest; its texture, "small.ktx2", is not there.
+inline Bytes atlas() {
+  Atlas made;
+  AtlasLayout& layout = made.layout;
+  layout.frame = FrameId::kHalfDifference;
+  layout.symmetries.isotropic = true;
+  layout.axes = {AtlasAxis{{0}, {}}, AtlasAxis{{0, 180}, {0, 1}}, AtlasAxis{{0, 90}, {0, 1}},
+                 AtlasAxis{{0, 90}, {0, 1}}};
+  if (!lay_out(layout, 1024)) throw std::runtime_error("the small atlas has no layout");
+  made.scales.assign(layout.tables.size(), {AtlasScale{}});
+  made.domain.log = false;
+  made.domain.most = {1, 1, 1};
+  return bytes_of(emit_manifest(made, {"small.ktx2", "small.glsl", TexelFormat::kRgba32f, 1}, {}));
+}
 
 /// Values that rise from 1.
 inline Bytes merl(const MerlShape& shape = {2, 3, 4}) {
@@ -156,6 +172,7 @@ inline Bytes of(std::string_view format) {
   if (format == "klems") return bytes_of(klems_text());
   if (format == "hdf5") return saved_as(".h5");
   if (format == "npy" || format == "exr" || format == "csv") return saved_as("." + std::string(format));
+  if (format == "atlas") return atlas();
   if (format == "scattered") return bytes_of(kScattered);
   if (format == "rgl") return rgl_testing::emit(rgl_testing::SmallMaterial().fields());
   throw std::runtime_error("no small file of the format " + std::string(format));

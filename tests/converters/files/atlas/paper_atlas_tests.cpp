@@ -82,6 +82,7 @@ PaperTextures small_textures() {
   textures.azimuth_count = 2;
   textures.at_normal = {0.5F, -1.25F, 3};
   textures.domain.most = {9, 9, 9};
+  textures.domain.reference = textures.domain.floor = {1, 1, 1};
   EXPECT_TRUE(lay_out_paper(textures));
   return textures;
 }
