@@ -35,7 +35,7 @@ Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x) {
 AtlasPlace place_on(const AtlasAxis& axis, double x_deg) {
   if (!axis.moves()) return {};
   const std::vector<double>& nodes = axis.nodes_deg;
-  const double x = std::clamp(x_deg, nodes.front(), nodes.back());
+  const double x = x_deg > nodes.front() ? std::min(x_deg, nodes.back()) : nodes.front();  // also what is no number
   const auto after = std::upper_bound(nodes.begin() + 1, nodes.end() - 1, x);
   AtlasPlace place;
   place.cell = static_cast<std::size_t>(after - nodes.begin()) - 1;

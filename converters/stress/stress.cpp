@@ -45,20 +45,23 @@ std::vector<std::string> stress_topics() {
 }
 
 std::vector<StressRow> run_stress(std::uint64_t seed, const Progress& progress, const StressSubject& subject) {
-  ProgressCounter counter(progress, kTopics.size() * kFrames.size() * kDomains.size());
+  ProgressCounter counter(progress, kTopics.size() * kFrames.size() * kDomains.size() * subject.evaluations.size());
   std::vector<StressRow> rows;
   for (const Topic& topic : kTopics) {
     for (const FrameId frame : kFrames) {
       for (const DomainKind domain : kDomains) {
-        const bool wanted = subject.topic.empty() || subject.topic == topic.name;
-        if (wanted && !(topic.linear_only && domain != DomainKind::kLinear)) {
-          Trial trial = {frame, domain, std::mt19937_64(seed), subject};
-          StressRow row = topic.check(trial);
-          row.name = std::string(topic.name) + ", " + std::string(geometry(frame).name()) +
-                     (domain == DomainKind::kLog ? ", log" : ", linear");
-          rows.push_back(std::move(row));
+        for (const StressEvaluation evaluation : subject.evaluations) {
+          const bool wanted = subject.topic.empty() || subject.topic == topic.name;
+          if (wanted && !(topic.linear_only && domain != DomainKind::kLinear)) {
+            Trial trial = {frame, domain, std::mt19937_64(seed), subject, evaluation};
+            StressRow row = topic.check(trial);
+            row.name = std::string(topic.name) + ", " + std::string(geometry(frame).name()) +
+                       (domain == DomainKind::kLog ? ", log" : ", linear") +
+                       (evaluation == StressEvaluation::kKernel ? ", kernel" : "");
+            rows.push_back(std::move(row));
+          }
+          if (!counter.advance()) return rows;
         }
-        if (!counter.advance()) return rows;
       }
     }
   }

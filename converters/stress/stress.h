@@ -22,7 +22,7 @@ namespace sbrdf::internal {
 
 /// One row of the suite.
 struct StressRow {
-  std::string name;  ///< topic, frame and domain
+  std::string name;  ///< topic, frame, domain and evaluation
   std::string what;  ///< what was tried, and in which unit `worst` is
   std::uint64_t cases = 0;
   double worst = 0;  ///< NaN where some error was not a number
@@ -30,13 +30,21 @@ struct StressRow {
   bool passed = false;  ///< there were cases, and worst <= limit
 };
 
+/// Which evaluation is judged.
+enum class StressEvaluation : std::uint8_t {
+  kPlain,   ///< Evaluator
+  kKernel,  ///< VectorEvaluator, at the same coordinates
+};
+
 /// What is judged, for tests of the suite itself.
 struct StressSubject {
   std::function<float(float value)> distort;  ///< changes each result of float evaluation; empty: nothing
   std::string topic;                          ///< only the rows of this topic; empty: all
+  std::vector<StressEvaluation> evaluations = {StressEvaluation::kPlain, StressEvaluation::kKernel};
 };
 
-/// The topics, in the order of their rows. Each has a row for every frame and domain to which it applies.
+/// The topics, in the order of their rows. Each has a row for every frame, domain and
+/// evaluation to which it applies.
 [[nodiscard]] std::vector<std::string> stress_topics();
 
 /// The same rows for the same seed. Where `progress` asks to stop, the rows so far.

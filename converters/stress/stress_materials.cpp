@@ -71,6 +71,7 @@ Material::Material(Lattice lattice_of_it, SlicedBrdf sliced_of_it)
       sliced(std::move(sliced_of_it)),
       slices(gather_slices(sliced, lattice)),
       rounded(sliced, lattice),
+      kernel(sliced, lattice),
       exact(sliced, lattice) {
   for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
     for (std::size_t k = 0; k < values->size(); ++k) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codec/evaluation/evaluator.h"
+#include "codec/evaluation/vector_evaluator.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/slice_samples.h"
 #include "codec/material/sliced_brdf.h"
@@ -23,7 +24,7 @@ template <class Real>
 using Channels = std::array<Real, kChannels>;
 using Brdf = std::function<Channels<double>(const DirectionPair& pair)>;
 
-/// A sampled function and its two evaluations.
+/// A sampled function and its evaluations.
 struct Material {
   Material(Lattice lattice_of_it, SlicedBrdf sliced_of_it);
 
@@ -31,6 +32,7 @@ struct Material {
   SlicedBrdf sliced;
   std::vector<SliceSamples> slices;
   Evaluator rounded;
+  VectorEvaluator kernel;
   BasicEvaluator<long double> exact;
   Channels<double> largest{};  ///< largest |f_r| of the samples
   bool full = false;           ///< no more samples could be placed

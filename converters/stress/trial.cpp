@@ -29,14 +29,17 @@ StressRow Tally::row(std::string what, double limit) const {
 
 Channels<float> Trial::at(const Material& material, const Coordinates& x) const {
   Channels<float> values;
-  material.rounded.evaluate_at(x, values);
+  if (evaluation == StressEvaluation::kKernel) {
+    material.kernel.evaluate_at(x, values);
+  } else {
+    material.rounded.evaluate_at(x, values);
+  }
   return distorted(values);
 }
 
 Channels<float> Trial::operator()(const Material& material, const DirectionPair& pair) const {
-  Channels<float> values;
-  material.rounded.evaluate(pair, values);
-  return distorted(values);
+  if (above_horizon(pair)) return at(material, geometry(material.lattice.spec.id).coordinates(pair));
+  return distorted({});
 }
 
 Channels<float> Trial::distorted(Channels<float> values) const {

@@ -39,6 +39,7 @@ struct Trial {
   DomainKind domain;
   std::mt19937_64 random;
   const StressSubject& subject;
+  StressEvaluation evaluation = StressEvaluation::kPlain;
 
   /// The material at a place of the padded lattice, by float evaluation, as the subject of the trial gives it back.
   [[nodiscard]] Channels<float> at(const Material& material, const Coordinates& x) const;
