@@ -19,7 +19,10 @@ void AtlasEvaluator::evaluate(const DirectionPair& pair, std::span<float, 3> val
 
 void AtlasEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> values) const {
   const AtlasLayout& layout = atlas_.layout;
-  const Coordinates folded = fold_coordinates(layout, x);
+  Coordinates folded = fold_coordinates(layout, x);
+  for (double& degrees : folded) {
+    if (!std::isfinite(degrees)) degrees = 0;  // of an azimuth that is no number
+  }
   Places places;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) places[axis] = place_on(layout.axes[axis], folded[axis]);
   Rgb v{};
@@ -95,11 +98,12 @@ void bring_back(const AtlasDomain& domain, std::span<const float, 3> v, std::spa
     float w = v[c];
     if (domain.log) {
       if (v[c] >= domain.at_floor[c]) {
-        w = domain.reference[c] * std::exp(v[c]);
+        w = domain.reference[c] * std::exp(v[c] / 2) * std::exp(v[c] / 2);  // exp(v) alone may be infinite
       } else if (v[c] > domain.at_zero[c] - 1) {
         w = domain.floor[c] * (v[c] - domain.at_zero[c]);
       } else {
-        w = -domain.floor[c] * std::exp(domain.at_zero[c] - 1 - v[c]);
+        const float down = (domain.at_zero[c] - 1 - v[c]) / 2;
+        w = -domain.floor[c] * std::exp(down) * std::exp(down);
       }
     }
     // The least, too, where sums of numbers near the end of what floats hold are none.

@@ -77,7 +77,7 @@ class Writer {
   explicit Writer(const Atlas& atlas) : atlas_(atlas), layout_(atlas.layout), poles_(poles(atlas.layout)) {}
 
   std::string write() {
-    text_ = "#ifndef SBRDF_ATLAS\nuniform sampler2D sbrdf_atlas;\n#define SBRDF_ATLAS sbrdf_atlas\n#endif\n";
+    text_ = "#ifndef SBRDF_ATLAS\nuniform highp sampler2D sbrdf_atlas;\n#define SBRDF_ATLAS sbrdf_atlas\n#endif\n";
     text_ += kAngles;
     text_ += layout_.frame == FrameId::kHalfDifference ? kHalfDifference : kElevation;
     write_texel();
@@ -193,12 +193,12 @@ class Writer {
     const AtlasDomain& domain = atlas_.domain;
     text_ += "\n// f_r [1/sr] of v.\nvec3 sbrdf_inverse(vec3 v) {\n";
     if (domain.log) {
-      text_ += "  const vec3 at_zero = " + vec3(domain.at_zero) +
-               ";\n  const vec3 floor_value = " + vec3(domain.floor) + ";\n  vec3 high = " + vec3(domain.reference) +
-               " * exp(min(v, 80.0));\n" + "  vec3 middle = floor_value * (v - at_zero);\n" +
-               "  vec3 low = -floor_value * exp(min(at_zero - 1.0 - v, 80.0));\n" +
-               "  vec3 f = mix(mix(low, middle, step(at_zero - 1.0, v)), high, step(" + vec3(domain.at_floor) +
-               ", v));\n";
+      text_ +=
+          "  const vec3 at_zero = " + vec3(domain.at_zero) + ";\n  const vec3 floor_value = " + vec3(domain.floor) +
+          ";\n  vec3 high = " + vec3(domain.reference) + " * exp(0.5 * min(v, 160.0)) * exp(0.5 * min(v, 160.0));\n" +
+          "  vec3 middle = floor_value * (v - at_zero);\n" +
+          "  vec3 down = 0.5 * min(at_zero - 1.0 - v, 160.0);\n  vec3 low = -floor_value * exp(down) * exp(down);\n" +
+          "  vec3 f = mix(mix(low, middle, step(at_zero - 1.0, v)), high, step(" + vec3(domain.at_floor) + ", v));\n";
     } else {
       text_ += "  vec3 f = v;\n";
     }

@@ -93,7 +93,7 @@ void print_atlas(const MadeAtlas& made, const AtlasPaths& paths, const Written& 
                                       format_count(made.errors.directions))});
   table.add({"to source", errors_text(made.of_source) + " on the same"});
   if (!made.reached) {
-    table.add({"note", fmt::format("--max-error {:g} % is not reached: more texels bring no smaller error",
+    table.add({"note", fmt::format("--max-error {:g} % is not reached: more texels bring neither error down by a tenth",
                                    command.options.max_error_percent)});
   }
   if (made.counts.clamped > 0) table.add({"note", format_count(made.counts.clamped) + " channels of texels clamped"});

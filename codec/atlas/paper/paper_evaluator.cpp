@@ -36,8 +36,10 @@ void PaperEvaluator::evaluate(const DirectionPair& pair, std::span<float, 3> val
 }
 
 void PaperEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> values) const {
-  const Azimuths a = x[kDiagonal] >= 360 ? Azimuths{wrap(x[kAxial] + 360, kTurn), x[kDiagonal] - 360}
-                                         : Azimuths{wrap(x[kAxial], kTurn), x[kDiagonal]};
+  // Azimuths so large that their turns cannot be taken off lie anywhere.
+  const double s = std::isfinite(x[kAxial]) ? x[kAxial] : 0;
+  const double u = std::isfinite(x[kDiagonal]) ? std::clamp(x[kDiagonal], 0.0, kTurn) : 0;
+  const Azimuths a = u >= 360 ? Azimuths{wrap(s + 360, kTurn), u - 360} : Azimuths{wrap(s, kTurn), u};
   const Place view = place(x[kHorizontal]);
   const Place light = place(x[kVertical]);
   Sum sum;

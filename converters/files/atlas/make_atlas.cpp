@@ -52,7 +52,8 @@ class Maker {
       Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast, *judge);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
-      if (best && !is_worth_it(made->errors, best->errors)) break;
+      const bool enough = error_of(*made) <= options_.max_error_percent;
+      if (best && !enough && !is_worth_it(made->errors, best->errors)) break;
       best = *std::move(made);
       best->reached = error_of(*best) <= options_.max_error_percent;
       if (best->reached) break;

@@ -21,15 +21,23 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kPaperSampleCount = 8911;
 
-/// Whether an atlas has this name already, of either layout.
-bool is_manifest(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) return false;
-  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file || (*file)->size() > kLongestManifest) return false;
+/// The names of all files of the atlas, of either layout, that has this manifest already; none where it is no manifest.
+std::vector<std::string> files_there(const std::string& manifest) {
+  if (!std::filesystem::is_regular_file(manifest)) return {};
+  const Result<std::unique_ptr<ByteSource>> file = map_file(manifest);
+  if (!file || (*file)->size() > kLongestManifest) return {};
   const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
-  if (!bytes) return false;
+  if (!bytes) return {};
   const std::string_view text = {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
-  return parse_manifest(text).ok() || parse_paper_manifest(text).ok();
+  std::vector<std::string> names = {file_name_of(manifest)};
+  if (const Result<AtlasManifest> engine = parse_manifest(text)) {
+    names.insert(names.end(), {engine->files.texture, engine->files.shader});
+    return names;
+  }
+  const Result<PaperManifest> paper = parse_paper_manifest(text);
+  if (!paper) return {};
+  names.insert(names.end(), paper->files.names.begin(), paper->files.names.end());
+  return names;
 }
 
 bool is_utf8(const std::string& text) {
@@ -57,8 +65,9 @@ Status check_paths(const AtlasCommand& command, const std::vector<std::string>& 
   if (name.empty()) return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
   if (!is_utf8(name)) return usage_error("OUT_PREFIX is not UTF-8, which is all that a manifest can name");
   const std::vector<std::string> inputs = {command.in};
-  const bool own = is_manifest(manifest);
+  const std::vector<std::string> there = files_there(manifest);
   for (const std::string& path : paths) {
+    const bool own = std::find(there.begin(), there.end(), file_name_of(path)) != there.end();
     if (Status free = check_path(path, own, inputs); !free) {
       Error named = free.error();
       named.message = path + ": " + named.message;
