@@ -248,10 +248,7 @@ void make_reciprocal(AtlasLayout& layout) {
 }  // namespace
 
 Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const BakeOptions& options) {
-  const std::size_t channels = sliced.channel_count();
-  if (channels != 1 && channels != kChannels) {
-    return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
-  }
+  if (Status held = check_atlas_channels(sliced.channel_count()); !held) return held.error();
   const SliceValues values(sliced, lattice);
   Atlas atlas;
   AtlasLayout& layout = atlas.layout;

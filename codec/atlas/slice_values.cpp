@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 
 #include "codec/material/value_map.h"
 
@@ -52,6 +53,11 @@ AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice) {
     for (const float share : domain.grey_shares) domain.grey_divisor += share;
   }
   return domain;
+}
+
+Status check_atlas_channels(std::size_t channels) {
+  if (channels == 1 || channels == 3) return ok_status();
+  return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
 }
 
 }  // namespace sbrdf::internal

@@ -10,6 +10,7 @@
 #include "codec/material/grey_shares.h"
 #include "codec/material/sliced_brdf.h"
 #include "codec/material/value_domain.h"
+#include "formats/core/result.h"
 
 namespace sbrdf::internal {
 
@@ -34,5 +35,8 @@ class SliceValues {
 
 /// What brings these values back.
 [[nodiscard]] AtlasDomain domain_of(const SlicedBrdf& sliced, const Lattice& lattice);
+
+/// kUnsupported where textures do not hold so many channels of a material: they hold three, or one for all three.
+[[nodiscard]] Status check_atlas_channels(std::size_t channels);
 
 }  // namespace sbrdf::internal

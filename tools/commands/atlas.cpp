@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codec/atlas/shader.h"
+#include "codec/atlas/slice_values.h"
 #include "converters/files/atlas/make_atlas.h"
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/by_name.h"

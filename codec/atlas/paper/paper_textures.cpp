@@ -13,7 +13,6 @@ namespace {
 
 constexpr std::size_t kChannels = 3;
 constexpr std::uint64_t kMostSide = 16384;  // of common graphics cards
-constexpr double kMostThetaDeg = kPaperElevationRows - 1;
 constexpr double kSameNodeDeg = 1e-6;
 
 /// Fills the texels. Sides are set.
@@ -118,15 +117,13 @@ Status check_fits(const SlicedBrdf& sliced, const Lattice& lattice) {
                        "the diagonal slices of this material are not as many as the axial ones, equally far "
                        "apart");
   }
-  if (lattice.nodes[kHorizontal].back() > kMostThetaDeg) {
+  if (lattice.nodes[kHorizontal].back() > kPaperMostThetaDeg) {
     return unsupported(
         "the paper's texture of horizontal slices has 90 rows of 1 degree, up to theta_v = 89, and the "
         "slices of this material go up to " +
         std::to_string(lattice.nodes[kHorizontal].back()) + " degrees; sample it with --theta-max 89");
   }
-  const std::size_t channels = sliced.channel_count();
-  if (channels == 1 || channels == kChannels) return ok_status();
-  return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
+  return check_atlas_channels(sliced.channel_count());
 }
 
 }  // namespace

@@ -35,6 +35,7 @@ inline constexpr std::array kPaperTextureNames = {
 
 inline constexpr std::uint32_t kPaperAzimuthRows = 360;  ///< the paper's 1 degree of t = s / 2, t = u / 2
 inline constexpr std::uint32_t kPaperElevationRows = 90;
+inline constexpr double kPaperMostThetaDeg = kPaperElevationRows - 1;
 
 /// Texels are RGB in the value domain, row by row from the top.
 struct PaperTexture {

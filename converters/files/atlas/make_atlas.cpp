@@ -7,6 +7,7 @@
 
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
+#include "codec/atlas/slice_values.h"
 #include "codec/atlas/texel_range.h"
 #include "formats/texture/dds.h"
 #include "formats/texture/exr_texture.h"
@@ -55,8 +56,8 @@ class Maker {
       const bool enough = error_of(*made) <= options_.max_error_percent;
       if (best && !enough && !is_worth_it(made->errors, best->errors)) break;
       best = *std::move(made);
-      best->reached = error_of(*best) <= options_.max_error_percent;
-      if (best->reached) break;
+      best->reached = enough;
+      if (enough) break;
     }
     // Only the one that is kept is worth a long search for its blocks.
     if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
@@ -125,11 +126,6 @@ Status check_atlas_options(const AtlasOptions& options) {
   }
   if (options.zstd && options.container != AtlasContainer::kKtx2) return usage_error("--zstd is for --container ktx2");
   return ok_status();
-}
-
-Status check_atlas_channels(std::size_t channels) {
-  if (channels == 1 || channels == 3) return ok_status();
-  return unsupported("textures hold three channels, and this material has " + std::to_string(channels));
 }
 
 Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source, const AtlasOptions& options,

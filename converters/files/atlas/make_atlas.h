@@ -42,9 +42,6 @@ struct MadeAtlas {
 /// kUsage where the container does not hold such texels.
 [[nodiscard]] Status check_atlas_options(const AtlasOptions& options);
 
-/// kUnsupported where a texture does not hold so many channels of a material.
-[[nodiscard]] Status check_atlas_channels(std::size_t channels);
-
 /// The texels that are written: three floats as four where the container is for graphics cards, which take no three.
 [[nodiscard]] TexelFormat stored_texel(const AtlasOptions& options);
 

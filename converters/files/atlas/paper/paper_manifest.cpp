@@ -13,7 +13,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kMostNodes = 4096;
-constexpr double kMostThetaDeg = kPaperElevationRows - 1;
 
 Json texture_json(const PaperTexture& texture, const std::string& file, std::uint64_t bytes, bool wraps) {
   return {{"file", file}, {"width", texture.width}, {"height", texture.height}, {"bytes", bytes}, {"rows_wrap", wraps}};
@@ -28,7 +27,7 @@ void read_frame(MemberReader& reader, const Json& json, PaperTextures& textures)
   double last = 0;
   for (const Json& node : reader.list(frame, "elevations_deg", kMostNodes)) {
     const double degrees = node.is_number() ? node.get<double>() : -1;
-    if (!(degrees > last && degrees <= kMostThetaDeg)) {
+    if (!(degrees > last && degrees <= kPaperMostThetaDeg)) {
       reader.refuse("elevations_deg", "does not rise from above 0 to 89 degrees at most");
     }
     textures.elevations_deg.push_back(degrees);
