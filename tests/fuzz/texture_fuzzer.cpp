@@ -29,7 +29,10 @@ void exercise_texels(const Texture& texture) {
   TexelCounts counts;
   const auto again = encode_texels(texture.format, texture.width, texture.height, *rgb, counts);
   require(again.ok() && counts.clamped == 0 && counts.negative == 0, "finite texels fit their format");
-  require(*decode_texels(*again) == *rgb, "and are the same again");
+  const Result<std::vector<float>> back = decode_texels(*again);
+  require(back.ok() && std::all_of(back->begin(), back->end(), finite), "and stay finite");
+  // Blocks are compressed once more, which may lose something.
+  if (texel_block(texture.format).side == 1) require(*back == *rgb, "and are the same again");
 }
 
 void run(const Bytes& bytes) {

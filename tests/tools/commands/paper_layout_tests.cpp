@@ -31,7 +31,8 @@ TEST(PaperLayout, WritesTheFourTexturesOfTable5AndReadsThemAgain) {
   EXPECT_EQ(run.json()["bytes"], 284'571 * 12);
   EXPECT_EQ(folder.entries(), (std::vector<std::string>{"x.json", "x.sbrdf", "x_axial.exr", "x_crossings.exr",
                                                         "x_diagonal.exr", "x_horizontal.exr"}));
-  for (const auto& file : run.json()["files"]) EXPECT_TRUE(std::filesystem::exists(file.get<std::string>())) << file;
+  const auto files = run.json()["files"];
+  for (const auto& file : files) EXPECT_TRUE(std::filesystem::exists(file.get<std::string>())) << file;
 
   const std::string manifest = folder / "x.json";
   const ProgramRun compared =
