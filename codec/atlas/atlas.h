@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "codec/atlas/part/cell_set.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 #include "formats/core/result.h"
@@ -39,8 +40,18 @@ struct AtlasAxis {
   [[nodiscard]] std::uint32_t texel_count() const { return texels.empty() ? 1 : texels.back() + 1; }
 };
 
+/// Where a tile lies, or what is held of it: texels from a column and a row of its own on.
+struct AtlasTile {
+  std::uint32_t x = 0, y = 0;           ///< of the first texel that is there
+  std::uint32_t width = 0, height = 0;  ///< [texels], padding included; 0 where nothing is held
+  std::uint32_t first_column = 0, first_row = 0;
+
+  bool operator==(const AtlasTile&) const = default;
+};
+
 /// The slices along one axis. A tile holds those of all nodes of the axis `across` one below the other, one texel row
-/// each; there is a tile for each pair of nodes of the explicit axes, row by row from (x, y) on.
+/// each; there is a tile for each pair of nodes of the explicit axes. With all cells there they lie row by row from
+/// (x, y) on; else wherever `tiles` says.
 struct AtlasTable {
   std::size_t along = 0;
   std::optional<std::size_t> across;
@@ -52,25 +63,30 @@ struct AtlasTable {
   std::uint32_t tile_width = 0, tile_height = 0;  ///< [texels], padding included
   std::uint32_t tiles_per_row = 1;
   std::uint32_t tile_count = 0;
+  std::vector<AtlasTile> tiles;  ///< by their numbers
 };
 
 /// Where two azimuths become one (see PoleRing): the values there, in one tile. Rows are the texels of slices along the
 /// other polar axis; the ring has `ring_texels` texels and the first one again.
 struct AtlasRing {
   std::uint32_t x = 0, y = 0;
-  std::uint32_t tile_width = 0, tile_height = 0;  ///< [texels], padding included
+  std::uint32_t tile_width = 0, tile_height = 0;  ///< [texels], padding included; 0 where no cell at a pole is held
   std::uint32_t ring_texels = 0;
   double period_deg = 360;
 };
 
-/// Where each thing lies. All of it follows from the axes and the frame.
+/// Where each thing lies. All of it follows from the axes, the frame and the cells.
 struct AtlasLayout {
   FrameId frame = FrameId::kElevation;
   Symmetries symmetries;
   double theta_max_deg = 90;
   std::array<AtlasAxis, kAxisCount> axes;
+  /// Set: the table along this axis is the only one, and along all other axes it has a row or a tile for each texel,
+  /// not only for each node. For few moving axes that takes less than the tables of all slices.
+  std::optional<std::size_t> dense_along;
   std::vector<AtlasTable> tables;  ///< the primary first
   std::optional<AtlasRing> ring;
+  CellSet cells;                        ///< that are held: what a scene does not need is left out
   bool blocks = false;                  ///< tiles begin at multiples of 4 texels and fill them
   std::uint32_t width = 0, height = 0;  ///< multiples of 4
 };
@@ -99,12 +115,20 @@ struct Atlas {
   std::vector<float> texels;  ///< width x height x 3
 };
 
+/// What is given for a pair of directions whose cell is left out: a colour that catches the eye.
+inline constexpr std::array<float, 3> kLeftOutColour = {1, 0, 1};
+
 /// Sets tables, the place of the ring, and the sides, which follow from everything else in a layout: the texture with
 /// the fewest texels whose sides are at most `most_side`. kUnsupported where there is none.
 [[nodiscard]] Status lay_out(AtlasLayout& layout, std::uint32_t most_side);
 
 /// The frame coordinates that an atlas is asked for: symmetries of the material bring them among its nodes.
 [[nodiscard]] Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x);
+
+/// How many cells the axes have.
+[[nodiscard]] CellSet::Counts cell_counts(const AtlasLayout& layout);
+/// The cell of coordinates that have been folded.
+[[nodiscard]] AtlasCell cell_of(const AtlasLayout& layout, const Coordinates& folded);
 
 /// The cell of an axis that holds a coordinate (which is kept among the nodes), how far in it lies, and where on the
 /// texels of the axis.
@@ -115,7 +139,12 @@ struct AtlasPlace {
 };
 [[nodiscard]] AtlasPlace place_on(const AtlasAxis& axis, double x_deg);
 
-/// The number of the tile between nodes `first` and `second` of the explicit axes (`second` is 0 where there is one).
+/// How many rows or tiles a table has along an axis that is not its own: nodes, or texels.
+[[nodiscard]] std::size_t step_count(const AtlasLayout& layout, std::size_t axis);
+/// Between which of these a coordinate lies: `cell` and `fraction` of its place, or those of its texel.
+[[nodiscard]] AtlasPlace place_between(const AtlasLayout& layout, std::size_t axis, const AtlasPlace& place);
+
+/// The number of the tile of steps `first` and `second` of the explicit axes (`second` is 0 where there is one).
 [[nodiscard]] std::uint32_t tile_number(const AtlasLayout& layout, const AtlasTable& table, std::size_t first,
                                         std::size_t second);
 

@@ -17,6 +17,12 @@ void AtlasEvaluator::evaluate(const DirectionPair& pair, std::span<float, 3> val
   }
 }
 
+bool AtlasEvaluator::holds(const DirectionPair& pair) const {
+  const AtlasLayout& layout = atlas_.layout;
+  if (layout.cells.is_everything()) return true;
+  return layout.cells.has(cell_of(layout, fold_coordinates(layout, geometry(layout.frame).coordinates(pair))));
+}
+
 void AtlasEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> values) const {
   const AtlasLayout& layout = atlas_.layout;
   Coordinates folded = fold_coordinates(layout, x);
@@ -25,6 +31,10 @@ void AtlasEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> value
   }
   Places places;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) places[axis] = place_on(layout.axes[axis], folded[axis]);
+  if (!layout.cells.has({places[0].cell, places[1].cell, places[2].cell, places[3].cell})) {
+    std::copy(kLeftOutColour.begin(), kLeftOutColour.end(), values.begin());
+    return;
+  }
   Rgb v{};
   const auto add = [&](const Rgb& part, float weight) {
     for (std::size_t c = 0; c < 3; ++c) v[c] += weight * part[c];
@@ -61,24 +71,28 @@ AtlasEvaluator::Rgb AtlasEvaluator::read(double x, double y, const AtlasScale& s
 AtlasEvaluator::Rgb AtlasEvaluator::sum_of_table(std::size_t number, const Places& places) const {
   const AtlasTable& table = atlas_.layout.tables[number];
   const std::vector<AtlasScale>& scales = atlas_.scales[number];
-  const double y = table.across ? static_cast<double>(places[*table.across].cell) + places[*table.across].fraction : 0;
+  double y = 0;
+  if (table.across) {
+    const AtlasPlace row = place_between(atlas_.layout, *table.across, places[*table.across]);
+    y = static_cast<double>(row.cell) + row.fraction;
+  }
   Rgb sum{};
   for (unsigned bits = 0; bits < (1U << table.between.size()); ++bits) {
     float weight = 1;
     float share = 1;
     std::array<std::size_t, 2> nodes{};
     for (std::size_t k = 0; k < table.between.size(); ++k) {
-      const AtlasPlace& place = places[table.between[k]];
+      const AtlasPlace place = place_between(atlas_.layout, table.between[k], places[table.between[k]]);
       const bool far = ((bits >> k) & 1U) != 0;
       nodes[k] = place.cell + (far ? 1 : 0);
       weight *= static_cast<float>(far ? place.fraction : 1 - place.fraction);
       for (const AtlasPole& pole : poles_) share -= pole.polar_axis == table.between[k] && nodes[k] == 0 ? 1.0F : 0.0F;
     }
     if (weight * share == 0) continue;
-    const std::uint32_t tile = tile_number(atlas_.layout, table, nodes[0], nodes[1]);
-    const Rgb v =
-        read(table.x + tile % table.tiles_per_row * table.tile_width + places[table.along].texel,
-             table.y + tile / table.tiles_per_row * table.tile_height + y, scales[scales.size() > 1 ? tile : 0]);
+    const std::uint32_t number_of_tile = tile_number(atlas_.layout, table, nodes[0], nodes[1]);
+    const AtlasTile& tile = table.tiles[number_of_tile];
+    const Rgb v = read(places[table.along].texel - tile.first_column + tile.x, y - tile.first_row + tile.y,
+                       scales[scales.size() > 1 ? number_of_tile : 0]);
     for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * share * v[c];
   }
   return sum;

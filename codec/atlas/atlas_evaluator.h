@@ -14,11 +14,13 @@ class AtlasEvaluator {
   /// `atlas` must outlive this. Its layout is one that lay_out made or check_atlas accepted.
   explicit AtlasEvaluator(const Atlas& atlas);
 
-  /// f_r [1/sr] of one pair, RGB; 0 where a direction lies below the horizon.
+  /// f_r [1/sr] of one pair, RGB; 0 where a direction lies below the horizon, kLeftOutColour in cells left out.
   void evaluate(const DirectionPair& pair, std::span<float, 3> values) const;
   /// At frame coordinates [degrees] as FrameGeometry::coordinates gives them: azimuths within the padded lattice, and
   /// in the elevation frame theta_i not above theta_v. Of others it only reads other texels than it should.
   void evaluate_at(const Coordinates& x, std::span<float, 3> values) const;
+  /// Whether the cell of a pair above the horizon is held.
+  [[nodiscard]] bool holds(const DirectionPair& pair) const;
 
  private:
   using Rgb = std::array<float, 3>;

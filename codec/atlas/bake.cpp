@@ -42,6 +42,18 @@ double coordinate_in(const AtlasAxis& axis, std::size_t cell, double t) {
   return low + (axis.root_spacing && cell == 0 ? t * t : t) * (axis.nodes_deg[cell + 1] - low);
 }
 
+/// Of all texels of an axis.
+std::vector<double> texel_coordinates(const AtlasAxis& axis) {
+  std::vector<double> coordinates;
+  for (std::size_t cell = 0; cell + 1 < axis.nodes_deg.size(); ++cell) {
+    const std::uint32_t count = axis.texels[cell + 1] - axis.texels[cell];
+    for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
+      coordinates.push_back(coordinate_in(axis, cell, static_cast<double>(s) / count));
+    }
+  }
+  return coordinates;
+}
+
 std::vector<std::uint32_t> steps_of(const AtlasAxis& axis) {
   std::vector<std::uint32_t> steps;
   for (std::size_t k = 1; k < axis.texels.size(); ++k) steps.push_back(axis.texels[k] - axis.texels[k - 1]);
@@ -74,7 +86,11 @@ class TexelChoice {
     for (Coordinates& x : lines) {
       for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const std::vector<double>& nodes = layout_.axes[axis].nodes_deg;
-        x[axis] = axis == along ? 0 : nodes[random() % nodes.size()];
+        const std::size_t node = random() % nodes.size();
+        x[axis] = axis == along ? 0 : nodes[node];
+        if (!layout_.dense_along || axis == along || node + 1 == nodes.size()) continue;
+        // Not only along slices: texels lie everywhere.
+        x[axis] += (nodes[node + 1] - nodes[node]) * static_cast<double>(random() % 16) / 16;
       }
     }
     return lines;
@@ -134,41 +150,42 @@ class Filling {
   }
 
  private:
+  /// Where rows and tiles of tables along other axes lie.
+  [[nodiscard]] std::vector<double> steps(std::size_t axis) const {
+    const AtlasAxis& on = atlas_.layout.axes[axis];
+    return atlas_.layout.dense_along ? texel_coordinates(on) : on.nodes_deg;
+  }
+
   void fill_table(const AtlasTable& table, bool primary) {
     const AtlasLayout& layout = atlas_.layout;
-    const std::size_t second_count =
-        table.between.size() > 1 ? layout.axes[table.between[1]].nodes_deg.size() : std::size_t{1};
-    const std::size_t first_count =
-        table.between.empty() ? std::size_t{1} : layout.axes[table.between[0]].nodes_deg.size();
-    parallel_for(first_count * second_count, [&](std::uint64_t number) {
-      const std::size_t first = number / second_count;
-      const std::size_t second = number % second_count;
+    const std::vector<double> first_steps = table.between.empty() ? std::vector<double>{0} : steps(table.between[0]);
+    const std::vector<double> second_steps =
+        table.between.size() < 2 ? std::vector<double>{0} : steps(table.between[1]);
+    parallel_for(first_steps.size() * second_steps.size(), [&](std::uint64_t number) {
+      const std::size_t first = number / second_steps.size();
+      const std::size_t second = number % second_steps.size();
       if (table.triangular && second > first + 1) return;
       Coordinates x{};
-      if (!table.between.empty()) x[table.between[0]] = layout.axes[table.between[0]].nodes_deg[first];
-      if (table.between.size() > 1) x[table.between[1]] = layout.axes[table.between[1]].nodes_deg[second];
-      fill_tile(table, tile_number(layout, table, first, second), x, primary);
+      if (!table.between.empty()) x[table.between[0]] = first_steps[first];
+      if (table.between.size() > 1) x[table.between[1]] = second_steps[second];
+      fill_tile(table, table.tiles[tile_number(layout, table, first, second)], x, primary);
     });
   }
 
-  void fill_tile(const AtlasTable& table, std::uint32_t tile, Coordinates x, bool primary) {
+  void fill_tile(const AtlasTable& table, const AtlasTile& tile, Coordinates x, bool primary) {
     const AtlasAxis& along = atlas_.layout.axes[table.along];
-    const std::uint32_t left = table.x + tile % table.tiles_per_row * table.tile_width;
-    const std::uint32_t top = table.y + tile / table.tiles_per_row * table.tile_height;
-    std::vector<Value> row(along.texel_count());
-    for (std::uint32_t y = 0; y < table.tile_height; ++y) {
-      const std::vector<double>* nodes = table.across ? &atlas_.layout.axes[*table.across].nodes_deg : nullptr;
-      if (nodes != nullptr) x[*table.across] = (*nodes)[std::min<std::size_t>(y, nodes->size() - 1)];
-      for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
-        const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
-        for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
-          x[table.along] = coordinate_in(along, cell, static_cast<double>(s) / count);
-          row[along.texels[cell] + s] = values_.at(x);
-        }
+    const std::vector<double> columns = texel_coordinates(along);
+    const std::vector<double> rows = table.across ? steps(*table.across) : std::vector<double>();
+    std::vector<Value> row(columns.size());
+    for (std::uint32_t y = 0; y < tile.height; ++y) {
+      if (table.across) x[*table.across] = rows[std::min<std::size_t>(tile.first_row + y, rows.size() - 1)];
+      for (std::size_t t = 0; t < columns.size(); ++t) {
+        x[table.along] = columns[t];
+        row[t] = values_.at(x);
       }
       if (!primary) take_off_straight_lines(along, row);
-      for (std::uint32_t t = 0; t < table.tile_width; ++t) {
-        put(left + t, top + y, row[std::min<std::size_t>(t, row.size() - 1)]);
+      for (std::uint32_t t = 0; t < tile.width; ++t) {
+        put(tile.x + t, tile.y + y, row[std::min<std::size_t>(tile.first_column + t, row.size() - 1)]);
       }
     }
   }
@@ -192,14 +209,7 @@ class Filling {
   void fill_ring(const AtlasRing& ring) {
     const AtlasLayout& layout = atlas_.layout;
     const AtlasPole pole = poles(layout).front();
-    const AtlasAxis& along = layout.axes[pole.along];
-    std::vector<double> places;
-    for (std::size_t cell = 0; cell + 1 < along.nodes_deg.size(); ++cell) {
-      const std::uint32_t count = along.texels[cell + 1] - along.texels[cell];
-      for (std::uint32_t s = cell == 0 ? 0 : 1; s <= count; ++s) {
-        places.push_back(coordinate_in(along, cell, static_cast<double>(s) / count));
-      }
-    }
+    const std::vector<double> places = texel_coordinates(layout.axes[pole.along]);
     for (std::uint32_t y = 0; y < ring.tile_height; ++y) {
       for (std::uint32_t x = 0; x < ring.tile_width; ++x) {
         Coordinates at{};
@@ -247,21 +257,35 @@ void make_reciprocal(AtlasLayout& layout) {
 
 }  // namespace
 
+AtlasLayout atlas_axes(const Lattice& lattice) {
+  AtlasLayout layout;
+  layout.frame = lattice.spec.id;
+  layout.symmetries = lattice.spec.symmetries;
+  layout.theta_max_deg = lattice.spec.theta_max_deg;
+  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+    layout.axes[axis].nodes_deg = folded_nodes(lattice.spec, axis, lattice.nodes[axis]);
+    layout.axes[axis].root_spacing = layout.frame == FrameId::kHalfDifference && axis == kVertical;
+  }
+  return layout;
+}
+
+std::optional<std::size_t> dense_axis(const Lattice& lattice) {
+  const FrameSpec& spec = lattice.spec;
+  const bool few = spec.symmetries.isotropic && spec.id == FrameId::kHalfDifference;
+  return few && lattice.nodes[kVertical].size() > 1 ? std::optional<std::size_t>(kVertical) : std::nullopt;
+}
+
 Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const BakeOptions& options) {
   if (Status held = check_atlas_channels(sliced.channel_count()); !held) return held.error();
   const SliceValues values(sliced, lattice);
   Atlas atlas;
   AtlasLayout& layout = atlas.layout;
-  layout.frame = lattice.spec.id;
-  layout.symmetries = lattice.spec.symmetries;
-  layout.theta_max_deg = lattice.spec.theta_max_deg;
+  layout = atlas_axes(lattice);
+  layout.cells = options.cells;
   layout.blocks = options.blocks;
-  bool all_move = true;
-  for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-    layout.axes[axis].nodes_deg = folded_nodes(lattice.spec, axis, lattice.nodes[axis]);
-    layout.axes[axis].root_spacing = layout.frame == FrameId::kHalfDifference && axis == kVertical;
-    all_move = all_move && layout.axes[axis].moves();
-  }
+  if (options.dense) layout.dense_along = dense_axis(lattice);
+  const bool all_move =
+      std::all_of(layout.axes.begin(), layout.axes.end(), [](const auto& axis) { return axis.moves(); });
   const TexelChoice choice(values, layout, options);
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     if (layout.axes[axis].moves()) choice.choose(axis, layout.axes[axis]);
@@ -278,6 +302,9 @@ Result<Atlas> bake_atlas(const SlicedBrdf& sliced, const Lattice& lattice, const
     layout.ring = ring;
   }
   if (Status status = lay_out(layout, options.most_side); !status) return status.error();
+  if (std::uint64_t{layout.width} * layout.height > options.most_texels) {
+    return unsupported("more than " + std::to_string(options.most_texels) + " texels are needed");
+  }
   atlas.domain = domain_of(sliced, lattice);
   Filling(values, atlas).fill();
   return atlas;

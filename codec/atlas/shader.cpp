@@ -1,5 +1,6 @@
 #include "codec/atlas/shader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -87,6 +88,7 @@ class Writer {
     }
     for (std::size_t k = 0; k < layout_.tables.size(); ++k) write_table(k);
     write_inverse();
+    if (!layout_.cells.is_everything()) write_cells();
     write_eval();
     return std::move(text_);
   }
@@ -161,14 +163,30 @@ class Writer {
     if (table.triangular) {
       text_ += "  float tile = first * (first + 3.0) * 0.5 + second;\n";
     } else {
-      const std::size_t row = table.between.size() > 1 ? layout_.axes[table.between[1]].nodes_deg.size() : 1;
+      const std::size_t row = table.between.size() > 1 ? step_count(layout_, table.between[1]) : 1;
       text_ += "  float tile = first * " + number(row) + " + second;\n";
     }
+    text_ += (layout_.cells.is_everything() ? texel_by_row(table) : texel_by_place(table)) + scaled(atlas_.scales[k]) +
+             "}\n";
+  }
+
+  static std::string texel_by_row(const AtlasTable& table) {
     const std::string per_row = number(std::size_t{table.tiles_per_row});
-    text_ += "  float row = floor((tile + 0.5) / " + per_row + ");\n  vec3 texel = sbrdf_texel(" +
-             number(std::size_t{table.x}) + " + (tile - row * " + per_row + ") * " +
-             number(std::size_t{table.tile_width}) + " + along, " + number(std::size_t{table.y}) + " + row * " +
-             number(std::size_t{table.tile_height}) + " + across);\n" + scaled(atlas_.scales[k]) + "}\n";
+    return "  float row = floor((tile + 0.5) / " + per_row + ");\n  vec3 texel = sbrdf_texel(" +
+           number(std::size_t{table.x}) + " + (tile - row * " + per_row + ") * " +
+           number(std::size_t{table.tile_width}) + " + along, " + number(std::size_t{table.y}) + " + row * " +
+           number(std::size_t{table.tile_height}) + " + across);\n";
+  }
+
+  // Of tiles that are left out in part, where their first texel would lie; of those that are not there, anywhere.
+  static std::string texel_by_place(const AtlasTable& table) {
+    std::vector<std::string> places;
+    for (const AtlasTile& tile : table.tiles) {
+      places.push_back("vec2(" + number(static_cast<double>(tile.x) - tile.first_column) + ", " +
+                       number(static_cast<double>(tile.y) - tile.first_row) + ")");
+    }
+    return "  const vec2 places[" + std::to_string(places.size()) + "] = " + list("vec2", places) +
+           ";\n  vec2 place = places[int(tile)];\n  vec3 texel = sbrdf_texel(place.x + along, place.y + across);\n";
   }
 
   // `texel` is that of the tile with the number `tile`.
@@ -219,10 +237,53 @@ class Writer {
       const std::string number_text = std::to_string(axis);
       text_ += "  vec3 p" + number_text + " = sbrdf_place_" + number_text + "(x." + "xyzw"[axis] + ");\n";
     }
+    if (!layout_.cells.is_everything()) write_check();
+    if (layout_.dense_along) write_texel_steps();
     text_ += "  vec3 v = vec3(0.0);\n  float w;\n";
     for (std::size_t k = 0; k < layout_.tables.size(); ++k) write_sum(k);
-    for (const AtlasPole& pole : poles_) write_ring(pole);
+    if (layout_.ring && layout_.ring->tile_width > 0) {
+      for (const AtlasPole& pole : poles_) write_ring(pole);
+    }
     text_ += "  return sbrdf_inverse(v);\n}\n";
+  }
+
+  // One bit for each cell, the last axis fastest.
+  void write_cells() {
+    const std::vector<bool>& flags = layout_.cells.flags();
+    std::vector<std::string> words;
+    for (std::size_t first = 0; first < flags.size(); first += 32) {
+      std::uint32_t word = 0;
+      for (std::size_t k = first; k < std::min(first + 32, flags.size()); ++k) {
+        word |= static_cast<std::uint32_t>(flags[k]) << (k - first);
+      }
+      words.push_back(std::to_string(word) + "u");
+    }
+    text_ += "\n#ifdef SBRDF_DEBUG\nbool sbrdf_holds(vec4 cell) {\n  const uint bits[" + std::to_string(words.size()) +
+             "] = " + list("uint", words) + ";\n  int number = int(((cell.x * ";
+    const CellSet::Counts& counts = layout_.cells.counts();
+    text_ += number(std::size_t{counts[1]}) + " + cell.y) * " + number(std::size_t{counts[2]}) + " + cell.z) * " +
+             number(std::size_t{counts[3]}) +
+             " + cell.w + 0.5);\n  return ((bits[number >> 5] >> uint(number & 31)) & 1u) != 0u;\n}\n#endif\n";
+  }
+
+  // See place_between.
+  void write_texel_steps() {
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+      if (!layout_.axes[axis].moves() || axis == *layout_.dense_along) continue;
+      const std::string p = "p" + std::to_string(axis);
+      text_ += "  " + p + ".x = min(floor(" + p + ".z), " + number(step_count(layout_, axis) - 2) + ");\n  " + p +
+               ".y = " + p + ".z - " + p + ".x;\n";
+    }
+  }
+
+  void write_check() {
+    std::string cell;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+      cell += axis == 0 ? "" : ", ";
+      cell += layout_.axes[axis].moves() ? "p" + std::to_string(axis) + ".x" : std::string("0.0");
+    }
+    text_ += "#ifdef SBRDF_DEBUG\n  if (!sbrdf_holds(vec4(" + cell + "))) return " + vec3(kLeftOutColour) +
+             ";  // left out\n#endif\n";
   }
 
   // Tiles at a pole are taken out as often as there are rings that stand for them.

@@ -41,6 +41,8 @@ AtlasScale scale_of(std::span<const float, 3> least, std::span<const float, 3> m
 
 /// All of these get one scale.
 AtlasScale bring_into(Atlas& atlas, std::span<const Rectangle> areas, TexelRange range) {
+  const auto is_empty = [](const Rectangle& area) { return area.width == 0; };
+  if (std::all_of(areas.begin(), areas.end(), is_empty)) return {};
   constexpr float kMost = std::numeric_limits<float>::max();
   std::array<float, 3> least = {kMost, kMost, kMost};
   std::array<float, 3> most = {-kMost, -kMost, -kMost};
@@ -66,10 +68,7 @@ AtlasScale bring_into(Atlas& atlas, std::span<const Rectangle> areas, TexelRange
 
 std::vector<Rectangle> tiles_of(const AtlasTable& table) {
   std::vector<Rectangle> tiles;
-  for (std::uint32_t tile = 0; tile < table.tile_count; ++tile) {
-    tiles.push_back({table.x + tile % table.tiles_per_row * table.tile_width,
-                     table.y + tile / table.tiles_per_row * table.tile_height, table.tile_width, table.tile_height});
-  }
+  for (const AtlasTile& tile : table.tiles) tiles.push_back({tile.x, tile.y, tile.width, tile.height});
   return tiles;
 }
 

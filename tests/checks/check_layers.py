@@ -47,6 +47,7 @@ ROOMS = {
         "tables": ["source", "difference"],
         "slicing": ["source", "difference"],
         "files": ["source", "difference", "models", "tables", "slicing"],
+        "scene": ["source", "files"],
         "judge": ["source", "difference", "tables", "slicing"],
         "bench": ["source", "difference", "tables", "slicing", "files", "judge"],
         "paper": ["source", "difference", "models", "slicing", "files", "judge"],

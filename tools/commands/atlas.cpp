@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "converters/files/by_name.h"
 #include "converters/files/sliced/slice_options.h"
 #include "formats/core/named.h"
+#include "formats/sbrdf/container.h"
 #include "tools/commands/atlas/atlas_command.h"
 #include "tools/commands/commands.h"
 #include "tools/console/format_options.h"
@@ -37,12 +39,16 @@ AtlasPaths paths_of(const AtlasCommand& command) {
   return {command.prefix + ".json", command.prefix + "." + extension, command.prefix + ".glsl"};
 }
 
-Result<MadeAtlas> make_with_bar(const BrdfSource& source, const AtlasCommand& command) {
+Result<MadeAtlas> make_with_bar(const BrdfSource& source, const Needed& needed, const AtlasCommand& command) {
   ProgressBar bar("atlas " + one_line(command.in, 40));
   StepwiseProgress steps(bar.progress());
   const Result<DecodedSliced> sliced = slices_of(source, command, steps.step(source.sliced() == nullptr ? 0.7 : 0));
   if (!sliced) return sliced.error();
-  Result<MadeAtlas> made = make_atlas(*sliced, source, command.options, steps.step(1));
+  AtlasOptions options = command.options;
+  Result<CellSet> cells = needed_cells(needed, sliced->lattice, steps.step(needed.scene ? 0.5 : 0));
+  if (!cells) return cells.error();
+  options.cells = *std::move(cells);
+  Result<MadeAtlas> made = make_atlas(*sliced, source, options, steps.step(1));
   if (made && !steps.finish()) return interrupted_error();
   return made;
 }
@@ -69,6 +75,7 @@ Result<Written> write_files(const MadeAtlas& made, const AtlasPaths& paths, cons
   written.files.shader = file_name_of(paths.shader);
   written.files.texel = made.texture.format;
   written.files.texture_bytes = texture->size();
+  written.files.texels_crc32 = checksum(std::as_bytes(std::span(made.texture.bytes)));
   const std::string shader = atlas_shader(made.atlas);
   const std::string manifest = emit_manifest(made.atlas, written.files, facts_of(made, command, traits));
   written.shader_bytes = shader.size();
@@ -79,6 +86,12 @@ Result<Written> write_files(const MadeAtlas& made, const AtlasPaths& paths, cons
       {paths.manifest, std::as_bytes(std::span(manifest))}};
   if (Status put = write_together(contents); !put) return put.error();
   return written;
+}
+
+/// Of a texture with all cells, in percent.
+double share_of_texels(const MadeAtlas& made) {
+  const AtlasLayout& layout = made.atlas.layout;
+  return 100.0 * layout.width * layout.height / static_cast<double>(std::max<std::uint64_t>(made.texels_of_all, 1));
 }
 
 void print_atlas(const MadeAtlas& made, const AtlasPaths& paths, const Written& written, const AtlasCommand& command,
@@ -93,19 +106,38 @@ void print_atlas(const MadeAtlas& made, const AtlasPaths& paths, const Written& 
   table.add({"to slices", fmt::format("{} on {} directions, dense around highlights", errors_text(made.errors),
                                       format_count(made.errors.directions))});
   table.add({"to source", errors_text(made.of_source) + " on the same"});
+  table.add({"tables", layout.dense_along ? "one, dense along all axes: smaller here than those of all slices"
+                                          : fmt::format("{}, of slices", layout.tables.size())});
   if (!made.reached) {
     table.add({"note", fmt::format("--max-error {:g} % is not reached: more texels bring neither error down by a tenth",
                                    command.options.max_error_percent)});
+  }
+  if (!layout.cells.is_everything()) {
+    table.add({"holds", fmt::format("{} of {} cells, {:.1f} % of the texels of all", format_count(layout.cells.size()),
+                                    format_count(layout.cells.flags().size()), share_of_texels(made))});
   }
   if (made.counts.clamped > 0) table.add({"note", format_count(made.counts.clamped) + " channels of texels clamped"});
   table.add({"took", format_number(seconds) + " s"});
   table.print();
 }
 
+void add_part(Json& json, const MadeAtlas& made) {
+  const CellSet& cells = made.atlas.layout.cells;
+  if (cells.is_everything()) return;
+  json["cells"] = cells.flags().size();
+  json["cells_held"] = cells.size();
+  json["texels_of_all"] = made.texels_of_all;
+}
+
 int run_engine(const AtlasCommand& command, const BrdfSource& source) {
   const Stopwatch watch;
   const AtlasPaths paths = paths_of(command);
-  const Result<MadeAtlas> made = make_with_bar(source, command);
+  if (command.samples && source.sliced() != nullptr) {
+    return report_error(command.in, usage_error("--samples: it has slices already, which are taken as they are"));
+  }
+  const Result<Needed> needed = read_needed(command);
+  if (!needed) return report_error(command.scene.empty() ? command.directions : command.scene, needed.error());
+  const Result<MadeAtlas> made = make_with_bar(source, *needed, command);
   if (!made) return report_error(command.in, made.error());
   const Result<Written> written = write_files(*made, paths, command, source.traits());
   if (!written) return report_error(command.prefix, written.error());
@@ -118,6 +150,7 @@ int run_engine(const AtlasCommand& command, const BrdfSource& source) {
                {"layout", "engine"},
                {"texel", name_of(kTexelFormatNames, made->texture.format)},
                {"container", name_of(kAtlasContainerNames, command.options.container)},
+               {"tables", layout.dense_along ? "dense" : "slices"},
                {"width", layout.width},
                {"height", layout.height},
                {"texels", std::uint64_t{layout.width} * layout.height},
@@ -131,6 +164,7 @@ int run_engine(const AtlasCommand& command, const BrdfSource& source) {
                {"reached", made->reached},
                {"clamped_texels", made->counts.clamped},
                {"seconds", watch.seconds()}};
+  add_part(json, *made);
   print_json(json);
   return 0;
 }
@@ -147,6 +181,7 @@ int run_atlas(const AtlasCommand& command) {
   if (Status used = check_reading_options(command.given, {&command.in, 1}); !used) {
     return report_error(command.in, used.error());
   }
+  if (Status allowed = check_needed(command); !allowed) return report_error("", allowed.error());
   const Result<std::vector<std::string>> paths = files_written(command);
   if (!paths) return report_error("", paths.error());
   if (Status free = check_paths(command, *paths, paths->back()); !free) return report_error("", free.error());
@@ -231,6 +266,12 @@ void add_atlas(CLI::App& program, int& exit_code) {
                   "With --layout paper, where IN has no slices yet: degrees between elevations and azimuths, such as "
                   "10/36")
       ->default_str("14/36");
+  add_number(*app, "--theta-max", command.theta_max_deg, {0.1, 90}, "DEGREES",
+             "Pack only what pairs with both thetas up to here need");
+  app->add_option("--directions", command.directions,
+                  "Pack only what these pairs need: a CSV file as sbrdf eval reads it");
+  app->add_option("--used-by", command.scene,
+                  "Pack only what a scene needs: a JSON file of cameras, lights and objects (specs/atlas.md)");
   app->add_flag("--json", command.json, "Print the report as JSON");
   add_reading_options(*app, command.given);
   app->footer(
@@ -239,6 +280,7 @@ void add_atlas(CLI::App& program, int& exit_code) {
       "Examples:\n"
       "  sbrdf atlas leather.sbrdf leather --texel e5b9g9r9\n"
       "  sbrdf atlas material.bsdf material --texel rgba16f --container exr --max-error 1\n"
+      "  sbrdf atlas leather.sbrdf floor --used-by hall.json\n"
       "  sbrdf atlas leather.sbrdf leather --layout paper");
   app->callback([given, &exit_code] { exit_code = run_arguments(*given); });
 }

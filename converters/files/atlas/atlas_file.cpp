@@ -11,6 +11,7 @@
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/atlas/paper/paper_file.h"
 #include "converters/files/atlas/paper/paper_manifest.h"
+#include "formats/sbrdf/container.h"
 #include "formats/texture/dds.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
@@ -34,6 +35,22 @@ Result<Texture> read_texture(const std::shared_ptr<const ByteSource>& bytes) {
   return ktx2 ? read_ktx2(*all) : read_dds(*all);
 }
 
+Status check_stated(const Texture& texture, const StatedTexture& stated) {
+  if (texture.width != stated.width || texture.height != stated.height) {
+    return invalid_file(fmt::format("the texture {} has {} x {} texels, and the manifest says {} x {}", stated.file,
+                                    texture.width, texture.height, stated.width, stated.height));
+  }
+  if (texture.format != stated.texel) {
+    return invalid_file(fmt::format("the texture {} has {} texels, and the manifest says {}", stated.file,
+                                    name_of(kTexelFormatNames, texture.format),
+                                    name_of(kTexelFormatNames, stated.texel)));
+  }
+  if (stated.texels_crc32 && checksum(std::as_bytes(std::span(texture.bytes))) != *stated.texels_crc32) {
+    return invalid_file(fmt::format("the texture {} has other texels than those of this manifest", stated.file));
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description) {
@@ -49,28 +66,21 @@ SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::strin
   return traits;
 }
 
-Result<std::vector<float>> read_texels(const ByteSource& manifest, const std::string& file, TexelFormat texel,
-                                       std::uint32_t width, std::uint32_t height) {
+Result<std::vector<float>> read_texels(const ByteSource& manifest, const StatedTexture& stated) {
+  const std::string& file = stated.file;
   const Result<std::shared_ptr<const ByteSource>> bytes = manifest.neighbour(file);
   if (!bytes) return bytes.error();
   if (*bytes == nullptr) return io_error("the texture that belongs to it, " + file + ", is not in its folder");
   const Result<Texture> texture = read_texture(*bytes);
   if (!texture) return of_texture(file, texture.error());
-  if (texture->width != width || texture->height != height) {
-    return invalid_file(fmt::format("the texture {} has {} x {} texels, and the manifest says {} x {}", file,
-                                    texture->width, texture->height, width, height));
-  }
-  if (texture->format != texel) {
-    return invalid_file(fmt::format("the texture {} has {} texels, and the manifest says {}", file,
-                                    name_of(kTexelFormatNames, texture->format), name_of(kTexelFormatNames, texel)));
-  }
+  if (Status same = check_stated(*texture, stated); !same) return same.error();
   Result<std::vector<float>> texels = decode_texels(*texture);
   if (!texels) return of_texture(file, texels.error());
   const auto wrong = std::find_if_not(texels->begin(), texels->end(), [](float v) { return std::isfinite(v); });
   if (wrong != texels->end()) {
     const auto at = static_cast<std::size_t>(wrong - texels->begin()) / 3;
     return invalid_file(fmt::format("the texture {} has a texel that is not finite, at column {} of row {}", file,
-                                    at % width, at / width));
+                                    at % stated.width, at / stated.width));
   }
   return texels;
 }
@@ -87,6 +97,19 @@ void AtlasSource::evaluate(std::span<const DirectionPair> pairs, std::span<float
   }
 }
 
+void AtlasSource::measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const {
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    flags[k] = !above_horizon(pairs[k]) || evaluator_.holds(pairs[k]) ? 1 : 0;
+  }
+}
+
+std::optional<MaskGrid> AtlasSource::mask_grid() const {
+  if (atlas_.layout.cells.is_everything()) return std::nullopt;
+  // Finer than cells are: what lies on the border of one is told to two degrees.
+  const std::uint32_t azimuths = atlas_.layout.symmetries.isotropic ? 1 : 90;
+  return MaskGrid{MaskFrame::kHalfDifference, {azimuths, 90, 45, 90}};
+}
+
 Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource> bytes, const Options& /*options*/) {
   if (bytes->size() > kLongestManifest) return unsupported("the manifest is longer than 16 MB");
   const Result<std::vector<std::byte>> text = read_range(*bytes, 0, bytes->size());
@@ -98,8 +121,8 @@ Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource>
   Result<AtlasManifest> manifest = parse_manifest(json);
   if (!manifest) return manifest.error();
   const AtlasLayout& layout = manifest->atlas.layout;
-  Result<std::vector<float>> texels =
-      read_texels(*bytes, manifest->files.texture, manifest->files.texel, layout.width, layout.height);
+  Result<std::vector<float>> texels = read_texels(*bytes, {manifest->files.texture, manifest->files.texel, layout.width,
+                                                           layout.height, manifest->files.texels_crc32});
   if (!texels) return texels.error();
   manifest->atlas.texels = *std::move(texels);
   std::string description = fmt::format("texture atlas, {} x {} texels, {}", layout.width, layout.height,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -24,6 +25,10 @@ class AtlasSource final : public BrdfSource {
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
 
+  /// Cells that were left out are not measured.
+  void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
+  [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
+
   [[nodiscard]] const Atlas& atlas() const { return atlas_; }
 
  private:
@@ -32,10 +37,17 @@ class AtlasSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-/// The texels of a texture that a manifest names, a file beside it of any container: RGB, row by row. kIo where it is
-/// not there, kInvalidFile where it has other sides or texels, or one that is not finite.
-[[nodiscard]] Result<std::vector<float>> read_texels(const ByteSource& manifest, const std::string& file,
-                                                     TexelFormat texel, std::uint32_t width, std::uint32_t height);
+/// What a manifest says of a texture.
+struct StatedTexture {
+  std::string file;
+  TexelFormat texel = TexelFormat::kRgb32f;
+  std::uint32_t width = 0, height = 0;
+  std::optional<std::uint32_t> texels_crc32;
+};
+
+/// The texels of such a texture, a file beside the manifest of any container: RGB, row by row. kIo where it is not
+/// there, kInvalidFile where it has other sides or texels, or one that is not finite.
+[[nodiscard]] Result<std::vector<float>> read_texels(const ByteSource& manifest, const StatedTexture& stated);
 
 /// What is said of a material in textures, its directions up to `theta_max_deg`.
 [[nodiscard]] SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description);

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "codec/atlas/bake.h"
 #include "codec/evaluation/evaluator.h"
 #include "formats/core/parallel.h"
 
@@ -21,10 +22,18 @@ AtlasErrors errors_of(std::span<const float> values, const HeldBack& held_back) 
 
 }  // namespace
 
-Result<AtlasJudge> AtlasJudge::make(const DecodedSliced& sliced, const BrdfSource& source) {
+Result<AtlasJudge> AtlasJudge::make(const DecodedSliced& sliced, const BrdfSource& source, const CellSet& cells) {
   const Evaluator evaluator(sliced.sliced, sliced.lattice);
   const FrameSpec& frame = sliced.sliced.frame;
-  const HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};
+  HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};
+  const AtlasLayout axes = atlas_axes(sliced.lattice);
+  if (!cells.is_everything()) {
+    wanted.measured = [&](std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) {
+      for (std::size_t k = 0; k < pairs.size(); ++k) {
+        flags[k] = cells.has(cell_of(axes, fold_coordinates(axes, geometry(axes.frame).coordinates(pairs[k])))) ? 1 : 0;
+      }
+    };
+  }
   Result<HeldBack> drawn = draw_held_back(wanted, evaluator.channel_count(), [&](auto pairs, auto values) {
     evaluate_in_parallel(source, pairs, values);
     return ok_status();

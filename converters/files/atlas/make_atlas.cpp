@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
@@ -20,6 +22,8 @@ constexpr double kFirstTolerance = 0.04;
 constexpr int kMostSteps = 8;  // each halves the tolerance
 /// A finer atlas that is not nearer by so much is not worth its texels.
 constexpr double kWorthIt = 0.9;
+constexpr std::uint64_t kWorthOfNearer = 4;  // so many times the texels where the error is not reached otherwise
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
 
 TexelRange range_of(TexelFormat format) {
   switch (format) {
@@ -43,14 +47,41 @@ class Maker {
       : sliced_(sliced), source_(source), options_(options) {}
 
   Result<MadeAtlas> make(const Progress& progress) {
-    const Result<AtlasJudge> judge = AtlasJudge::make(sliced_, source_);
+    const Result<AtlasJudge> judge = AtlasJudge::make(sliced_, source_, options_.cells);
     if (!judge) return judge.error();
-    ProgressCounter counter(progress, kMostSteps);
+    std::vector<bool> kinds = {false};
+    if (dense_axis(sliced_.lattice)) kinds.push_back(true);
+    ProgressCounter counter(progress, kMostSteps * kinds.size());
+    std::optional<MadeAtlas> best;
+    for (const bool dense : kinds) {
+      Result<MadeAtlas> made = make_kind(dense, best ? worth(*best) : kAnyNumber, *judge, counter);
+      if (counter.stopped()) return interrupted_error();
+      if (!made && !best && dense == kinds.back()) return made.error();
+      if (made && (!best || is_better(*made, *best))) best = *std::move(made);
+    }
+    // Only the one that is kept is worth a long search for its blocks.
+    if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
+    Result<MadeAtlas> made =
+        attempt(best->atlas.layout.dense_along.has_value(), best->tolerance, kAnyNumber, Bc6hSpeed::kThorough, *judge);
+    if (made) made->reached = error_of(*made) <= options_.max_error_percent;
+    return made;
+  }
+
+ private:
+  /// How many texels another kind may have to be worth a look.
+  static std::uint64_t worth(const MadeAtlas& made) {
+    const std::uint64_t texels = std::uint64_t{made.texture.width} * made.texture.height;
+    return made.reached ? texels : kWorthOfNearer * texels;
+  }
+
+  /// Bakes one kind of table with smaller and smaller tolerance.
+  Result<MadeAtlas> make_kind(bool dense, std::uint64_t most_texels, const AtlasJudge& judge,
+                              ProgressCounter& counter) const {
     std::optional<MadeAtlas> best;
     double tolerance = kFirstTolerance;
     for (int step = 0; step < kMostSteps; ++step, tolerance /= 2) {
       if (!counter.advance()) return interrupted_error();
-      Result<MadeAtlas> made = attempt(tolerance, Bc6hSpeed::kFast, *judge);
+      Result<MadeAtlas> made = attempt(dense, tolerance, most_texels, Bc6hSpeed::kFast, judge);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
       const bool enough = error_of(*made) <= options_.max_error_percent;
@@ -59,14 +90,15 @@ class Maker {
       best->reached = enough;
       if (enough) break;
     }
-    // Only the one that is kept is worth a long search for its blocks.
-    if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
-    Result<MadeAtlas> made = attempt(best->tolerance, Bc6hSpeed::kThorough, *judge);
-    if (made) made->reached = error_of(*made) <= options_.max_error_percent;
-    return made;
+    return *std::move(best);
   }
 
- private:
+  /// The error that was asked for first, then fewer bytes; where neither reaches it, the smaller error.
+  static bool is_better(const MadeAtlas& a, const MadeAtlas& b) {
+    if (a.reached != b.reached) return a.reached;
+    return a.reached ? a.texture.bytes.size() < b.texture.bytes.size() : error_of(a) < error_of(b);
+  }
+
   /// Whether either error fell.
   static bool is_worth_it(const AtlasErrors& now, const AtlasErrors& before) {
     return now.mre_percent <= kWorthIt * before.mre_percent || now.rel_l1_percent <= kWorthIt * before.rel_l1_percent;
@@ -76,10 +108,14 @@ class Maker {
     return std::max(made.errors.mre_percent, made.errors.rel_l1_percent);
   }
 
-  Result<MadeAtlas> attempt(double tolerance, Bc6hSpeed speed, const AtlasJudge& judge) const {
+  Result<MadeAtlas> attempt(bool dense, double tolerance, std::uint64_t most_texels, Bc6hSpeed speed,
+                            const AtlasJudge& judge) const {
     BakeOptions bake;
+    bake.most_texels = most_texels;
+    bake.dense = dense;
     bake.tolerance = tolerance;
     bake.blocks = texel_block(options_.texel).side > 1;
+    bake.cells = options_.cells;
     Result<Atlas> baked = bake_atlas(sliced_.sliced, sliced_.lattice, bake);
     if (!baked) return baked.error();
     MadeAtlas made;
@@ -98,9 +134,17 @@ class Maker {
     const AtlasEvaluator evaluator(made.atlas);
     const AtlasJudge::Errors errors =
         judge.errors([&](const DirectionPair& pair, std::span<float, 3> rgb) { evaluator.evaluate(pair, rgb); });
+    made.texels_of_all = texels_of_all(layout, bake.most_side);
     made.errors = errors.to_slices;
     made.of_source = errors.to_source;
     return made;
+  }
+
+  /// 0 where no texture holds them.
+  static std::uint64_t texels_of_all(AtlasLayout layout, std::uint32_t most_side) {
+    layout.cells = {};
+    if (!lay_out(layout, most_side)) return 0;
+    return std::uint64_t{layout.width} * layout.height;
   }
 
   const DecodedSliced& sliced_;
@@ -124,6 +168,7 @@ Status check_atlas_options(const AtlasOptions& options) {
   if (options.container == AtlasContainer::kDds && half) {
     return usage_error("--container dds does not hold rgba16f, since common readers misread it; take ktx2 or exr");
   }
+  if (options.fast && texel_block(options.texel).side == 1) return usage_error("--fast is for --texel bc6h");
   if (options.zstd && options.container != AtlasContainer::kKtx2) return usage_error("--zstd is for --container ktx2");
   return ok_status();
 }

@@ -27,16 +27,18 @@ struct AtlasOptions {
   bool fast = false;  ///< BC6H only: blocks are searched less
   /// How far the atlas may be off the slices, by either error: as few texels as reach it.
   double max_error_percent = 0.5;
+  CellSet cells = {};  ///< what is packed, of the axes that atlas_axes gives; errors are those of directions there
 };
 
 struct MadeAtlas {
   Atlas atlas;  ///< with the texels that its texture gives back
   Texture texture;
   TexelCounts counts;
-  AtlasErrors errors;     ///< against the slices
-  AtlasErrors of_source;  ///< against the source
-  double tolerance = 0;   ///< of BakeOptions
-  bool reached = false;   ///< max_error_percent
+  AtlasErrors errors;               ///< against the slices
+  AtlasErrors of_source;            ///< against the source
+  double tolerance = 0;             ///< of BakeOptions
+  bool reached = false;             ///< max_error_percent
+  std::uint64_t texels_of_all = 0;  ///< that a texture with all cells would have
 };
 
 /// kUsage where the container does not hold such texels.
@@ -45,8 +47,9 @@ struct MadeAtlas {
 /// The texels that are written: three floats as four where the container is for graphics cards, which take no three.
 [[nodiscard]] TexelFormat stored_texel(const AtlasOptions& options);
 
-/// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more. `source` is what
-/// the slices were made of, or they themselves.
+/// Bakes with smaller and smaller tolerance until the error is small enough, or no smaller any more. Where a dense
+/// table is possible, it is tried, too, and the smaller texture taken. `source` is what the slices were made of, or
+/// they themselves.
 [[nodiscard]] Result<MadeAtlas> make_atlas(const DecodedSliced& sliced, const BrdfSource& source,
                                            const AtlasOptions& options, const Progress& progress = {});
 

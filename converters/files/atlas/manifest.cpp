@@ -20,6 +20,7 @@ constexpr std::string_view kBeginning = "{\"sbrdf\":\"atlas\"";
 constexpr std::size_t kMostNodes = 4096;
 constexpr std::uint32_t kMostTexels = 65536;
 constexpr std::uint32_t kMostSide = 16384;
+constexpr std::uint32_t kMostCells = 1U << 22U;
 
 Json axis_json(const AtlasAxis& axis, std::string_view name) {
   Json json = {{"name", name}, {"nodes_deg", axis.nodes_deg}};
@@ -58,7 +59,7 @@ Json scales_json(const std::vector<AtlasScale>& scales) {
 std::vector<AtlasScale> read_scales(MemberReader& reader, const Json& json, std::size_t tiles) {
   std::vector<AtlasScale> scales;
   for (const Json& entry : reader.list(json, "scales", std::max<std::size_t>(tiles, 1))) {
-    scales.push_back({reader.colour(entry, "offset"), reader.colour(entry, "scale")});
+    scales.push_back({reader.three(entry, "offset"), reader.three(entry, "scale")});
   }
   if (scales.size() != 1 && scales.size() != tiles) reader.refuse("scales", "is not one for each tile, or one");
   return scales;
@@ -71,21 +72,32 @@ bool same_without_scales(const Json& given, const Json& expected) {
   return bare == nlohmann::json(expected);
 }
 
+/// Of a table of which not all is held: x, y, width, height, first column and first row of each tile.
+Json tiles_json(const AtlasTable& table) {
+  Json tiles = Json::array();
+  for (const AtlasTile& tile : table.tiles) {
+    tiles.push_back({tile.x, tile.y, tile.width, tile.height, tile.first_column, tile.first_row});
+  }
+  return tiles;
+}
+
 /// All that lay_out sets: for people and other programs, and to be compared when it is read.
 Json table_json(const AtlasLayout& layout, const AtlasTable& table) {
   const auto names = geometry(layout.frame).axis_names();
   Json between = Json::array();
   for (const std::size_t axis : table.between) between.push_back(names[axis]);
-  return {{"along", names[table.along]},
-          {"across", table.across ? Json(names[*table.across]) : Json()},
-          {"between", between},
-          {"triangular", table.triangular},
-          {"x", table.x},
-          {"y", table.y},
-          {"tile_width", table.tile_width},
-          {"tile_height", table.tile_height},
-          {"tiles_per_row", table.tiles_per_row},
-          {"tile_count", table.tile_count}};
+  Json json = {{"along", names[table.along]},
+               {"across", table.across ? Json(names[*table.across]) : Json()},
+               {"between", between},
+               {"triangular", table.triangular},
+               {"x", table.x},
+               {"y", table.y},
+               {"tile_width", table.tile_width},
+               {"tile_height", table.tile_height},
+               {"tiles_per_row", table.tiles_per_row},
+               {"tile_count", table.tile_count}};
+  if (!layout.cells.is_everything()) json["tiles"] = tiles_json(table);
+  return json;
 }
 
 Json ring_json(const AtlasRing& ring) {
@@ -97,6 +109,50 @@ Json ring_json(const AtlasRing& ring) {
           {"period_deg", ring.period_deg}};
 }
 
+/// Lengths of runs, in turn of cells left out and held.
+Json cells_json(const CellSet& cells) {
+  Json runs = Json::array();
+  bool held = false;
+  std::size_t length = 0;
+  for (const bool flag : cells.flags()) {
+    if (flag != held) {
+      runs.push_back(length);
+      length = 0;
+      held = flag;
+    }
+    ++length;
+  }
+  runs.push_back(length);
+  return {{"counts", cells.counts()}, {"held", cells.size()}, {"runs", runs}};
+}
+
+CellSet read_cells(MemberReader& reader, const Json& json, const CellSet::Counts& counts) {
+  const Json& given = reader.list(json, "counts", kAxisCount);
+  if (CellSet::cell_count(counts) > kMostCells) reader.refuse("cells", "are too many to be left out one by one");
+  if (given != Json(counts)) reader.refuse("counts", "does not follow from the axes");
+  if (reader.error()) return {};
+  CellSet cells(counts);
+  const std::size_t all = cells.flags().size();
+  std::size_t at = 0;
+  bool held = false;
+  for (const Json& run : reader.list(json, "runs", all + 1)) {
+    const std::uint32_t length = reader.whole(run, "runs", kMostCells);
+    if (length > all - at) {
+      reader.refuse("runs", "has more cells than 'counts'");
+      return {};
+    }
+    for (std::uint32_t k = 0; k < length && held; ++k) cells.add_number(at + k);
+    at += length;
+    held = !held;
+  }
+  if (at != all) reader.refuse("runs", "has fewer cells than 'counts'");
+  const std::size_t size = cells.size();
+  if (size == 0) reader.refuse("runs", "holds no cell");
+  if (reader.whole(reader.member(json, "held"), "held", kMostCells) != size)
+    reader.refuse("held", "is not what 'runs' says");
+  return cells;
+}
+
 FrameId read_frame_id(MemberReader& reader, const Json& frame) {
   const std::string id = reader.text(frame, "id");
   for (const FrameId each : {FrameId::kElevation, FrameId::kHalfDifference}) {
@@ -104,6 +160,19 @@ FrameId read_frame_id(MemberReader& reader, const Json& frame) {
   }
   reader.refuse("id", "is no frame: '" + id + "'");
   return FrameId::kElevation;
+}
+
+std::size_t read_dense_axis(MemberReader& reader, const Json& json, const AtlasLayout& layout) {
+  const std::string name = reader.text(json, "dense_along");
+  const auto names = geometry(layout.frame).axis_names();
+  const auto* const found = std::find(names.begin(), names.end(), name);
+  const auto axis = static_cast<std::size_t>(found - names.begin());
+  if (axis < kAxisCount && layout.axes[axis].moves() && layout.symmetries.isotropic &&
+      layout.frame == FrameId::kHalfDifference) {
+    return axis;
+  }
+  reader.refuse("dense_along", "is no axis that moves, of an isotropic material in the half/difference frame");
+  return 0;
 }
 
 AtlasLayout read_layout(MemberReader& reader, const Json& json) {
@@ -127,6 +196,10 @@ AtlasLayout read_layout(MemberReader& reader, const Json& json) {
     reader.refuse("axes", "has different elevations for light and view");
   }
   layout.blocks = reader.flag(json, "tiles_are_blocks");
+  if (json.is_object() && json.contains("dense_along")) layout.dense_along = read_dense_axis(reader, json, layout);
+  if (json.is_object() && json.contains("cells")) {
+    layout.cells = read_cells(reader, json.at("cells"), cell_counts(layout));
+  }
   if (all_move) {
     AtlasRing ring;
     ring.ring_texels =
@@ -163,6 +236,7 @@ AtlasFiles read_files(MemberReader& reader, const Json& json) {
   if (!texel) reader.refuse("texel", "is no texel format");
   files.texel = texel.value_or(TexelFormat::kRgb32f);
   files.texture_bytes = static_cast<std::uint64_t>(reader.number(texture, "bytes", 1, 1e12));
+  files.texels_crc32 = reader.optional_crc32(texture, "texels_crc32");
   reader.constant(texture, "first_row", "top");
   reader.constant(texture, "filter", "linear");
   reader.constant(texture, "colour_space", "linear");
@@ -208,6 +282,8 @@ std::string emit_manifest(const Atlas& atlas, const AtlasFiles& files, const Jso
                    {"theta_max_deg", layout.theta_max_deg},
                    {"axes", axes}};
   json["tiles_are_blocks"] = layout.blocks;
+  if (layout.dense_along) json["dense_along"] = names[*layout.dense_along];
+  if (!layout.cells.is_everything()) json["cells"] = cells_json(layout.cells);
   json["tables"] = Json::array();
   for (std::size_t k = 0; k < layout.tables.size(); ++k) {
     Json table = table_json(layout, layout.tables[k]);
@@ -219,6 +295,7 @@ std::string emit_manifest(const Atlas& atlas, const AtlasFiles& files, const Jso
     json["ring"]["scales"] = scales_json(atlas.scales.back());
   }
   json["values"] = domain_json(atlas.domain);
+  if (files.texels_crc32) json["texture"]["texels_crc32"] = *files.texels_crc32;
   for (const auto& [name, value] : more.items()) json[name] = value;
   return manifest_text(json);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,8 @@ struct AtlasFiles {
   std::string shader;
   TexelFormat texel = TexelFormat::kRgb32f;
   std::uint64_t texture_bytes = 0;  ///< of the file
+  /// CRC-32 of the texels as they are uploaded, whichever file they lie in (Texture::bytes); not known: not compared.
+  std::optional<std::uint32_t> texels_crc32 = {};
 };
 
 /// The text of a manifest: `more` are members that follow those of this page, such as errors and the source.

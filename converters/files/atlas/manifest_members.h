@@ -48,6 +48,12 @@ class MemberReader {
     return 0;
   }
 
+  /// Nothing where there is no such member.
+  std::optional<std::uint32_t> optional_crc32(const Json& json, const char* name) {
+    if (!json.is_object() || !json.contains(name)) return std::nullopt;
+    return whole(json.at(name), name, std::numeric_limits<std::uint32_t>::max());
+  }
+
   bool flag(const Json& json, const char* name) {
     const Json& value = member(json, name);
     if (value.is_boolean()) return value.get<bool>();
@@ -77,7 +83,7 @@ class MemberReader {
     return file;
   }
 
-  std::array<float, 3> colour(const Json& json, const char* name) {
+  std::array<float, 3> three(const Json& json, const char* name) {
     const Json& value = member(json, name);
     std::array<float, 3> rgb{};
     const bool three = value.is_array() && value.size() == rgb.size();

@@ -13,6 +13,7 @@
 #include "codec/file/encoder.h"
 #include "converters/files/atlas/make_atlas.h"
 #include "converters/files/options.h"
+#include "converters/scene/scene.h"
 #include "converters/slicing/options.h"
 #include "converters/source/brdf_source.h"
 #include "converters/source/progress.h"
@@ -35,6 +36,9 @@ struct AtlasCommand {
   AtlasOptions options;
   std::optional<std::uint64_t> samples;  ///< open: kDefaultSampleCount, with the paper's layout 8,911
   std::optional<Placement> placement;    ///< with the paper's layout; open: 14/36
+  std::optional<double> theta_max_deg;   ///< of directions that are needed; one of these three at most
+  std::string directions;                ///< file of those that are needed
+  std::string scene;                     ///< file of what needs them
   bool json = false;
   Options given;  ///< of reading
 };
@@ -52,6 +56,19 @@ struct AtlasCommand {
 /// The slices that a source has, or that it is sampled into.
 [[nodiscard]] Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& command,
                                               const Progress& progress);
+
+/// kUsage where more than one says what is needed, or the layout leaves nothing out.
+[[nodiscard]] Status check_needed(const AtlasCommand& command);
+/// What an atlas is needed for, as files and options say; nothing: everything.
+struct Needed {
+  std::optional<double> theta_max_deg;
+  std::vector<DirectionPair> pairs;
+  std::optional<Scene> scene;
+};
+/// Errors are those of the file that the command names.
+[[nodiscard]] Result<Needed> read_needed(const AtlasCommand& command);
+/// The cells of an atlas of slices on this lattice that are needed.
+[[nodiscard]] Result<CellSet> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress);
 
 /// All files, or none: each is complete before the first gets its name.
 [[nodiscard]] Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents);

@@ -7,6 +7,7 @@
 
 #include "converters/files/atlas/paper/make_paper.h"
 #include "converters/files/atlas/paper/paper_manifest.h"
+#include "formats/sbrdf/container.h"
 #include "tools/commands/atlas/atlas_command.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
@@ -44,6 +45,7 @@ Result<WrittenPaper> write_paper(const MadePaper& made, const AtlasCommand& comm
     packed[k] = *std::move(bytes);
     written.files.names[k] = file_name_of(written.paths[k]);
     written.files.bytes[k] = packed[k].size();
+    written.files.texels_crc32[k] = checksum(std::as_bytes(std::span(made.packed[k].bytes)));
     contents.emplace_back(written.paths[k], packed[k]);
   }
   const std::string manifest =

@@ -26,8 +26,9 @@ Result<std::unique_ptr<BrdfSource>> open_paper(const ByteSource& manifest, std::
   if (!parsed) return parsed.error();
   for (std::size_t k = 0; k < kPaperTextureCount; ++k) {
     PaperTexture& texture = parsed->textures.textures[k];
-    Result<std::vector<float>> texels =
-        read_texels(manifest, parsed->files.names[k], parsed->files.texel, texture.width, texture.height);
+    Result<std::vector<float>> texels = read_texels(
+        manifest,
+        {parsed->files.names[k], parsed->files.texel, texture.width, texture.height, parsed->files.texels_crc32[k]});
     if (!texels) return texels.error();
     texture.texels = *std::move(texels);
   }

@@ -44,6 +44,7 @@ void read_textures(MemberReader& reader, const Json& json, PaperManifest& manife
     const auto k = static_cast<std::size_t>(kind);
     manifest.files.names[k] = reader.file_name(texture, "file");
     manifest.files.bytes[k] = static_cast<std::uint64_t>(reader.number(texture, "bytes", 1, 1e12));
+    manifest.files.texels_crc32[k] = reader.optional_crc32(texture, "texels_crc32");
     const PaperTexture& sides = manifest.textures.textures[k];
     if (reader.whole(reader.member(texture, "width"), "width", kLongestTextureSide) != sides.width ||
         reader.whole(reader.member(texture, "height"), "height", kLongestTextureSide) != sides.height) {
@@ -63,7 +64,7 @@ void read_all(MemberReader& reader, const Json& json, PaperManifest& manifest) {
   if (reader.error()) return;
   if (const Status laid = lay_out_paper(manifest.textures); !laid) return reader.refuse("frame", laid.error().message);
   read_textures(reader, json, manifest);
-  manifest.textures.at_normal = reader.colour(json, "at_normal");
+  manifest.textures.at_normal = reader.three(json, "at_normal");
   manifest.textures.domain = read_domain(reader, reader.member(json, "values"));
 }
 
@@ -78,7 +79,9 @@ std::string emit_paper_manifest(const PaperTextures& textures, const PaperFiles&
   for (const auto& [name, kind] : kPaperTextureNames) {
     const auto k = static_cast<std::size_t>(kind);
     const bool wraps = kind == PaperTextureKind::kAxial || kind == PaperTextureKind::kDiagonal;
-    json["textures"][std::string(name)] = texture_json(textures.textures[k], files.names[k], files.bytes[k], wraps);
+    Json& texture = json["textures"][std::string(name)];
+    texture = texture_json(textures.textures[k], files.names[k], files.bytes[k], wraps);
+    if (files.texels_crc32[k]) texture["texels_crc32"] = *files.texels_crc32[k];
   }
   json["frame"] = {{"id", geometry(FrameId::kElevation).name()}, {"isotropic", textures.isotropic},
                    {"azimuth_count", textures.azimuth_count},    {"azimuth_step_deg", textures.azimuth_step_deg()},

@@ -18,12 +18,15 @@
 
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
+#include "codec/atlas/part/reach.h"
 #include "codec/atlas/texel_range.h"
 #include "converters/files/atlas/atlas_file.h"
 #include "formats/core/byte_source.h"
+#include "formats/sbrdf/container.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
 #include "tests/support/analytic_brdf.h"
+#include "tests/support/in_folder.h"
 #include "tests/support/sampled_brdf.h"
 
 namespace sbrdf::internal {
@@ -32,14 +35,20 @@ namespace {
 using Json = nlohmann::ordered_json;
 using testing::HasSubstr;
 
-Atlas bake(const FrameSpec& spec, DomainKind domain, bool blocks, TexelRange range) {
+/// Of directions up to a theta, if one is given, the others left out.
+Atlas bake(const FrameSpec& spec, DomainKind domain, bool blocks, TexelRange range, double theta_max_deg = 0) {
   const SampledBrdf sampled = sample_function(
       spec, 100, domain,
       [&](const DirectionPair& pair, std::size_t channel) {
         return analytic_brdf(pair, spec.symmetries) * (1 + static_cast<double>(channel));
       },
       3);
-  Atlas atlas = bake_atlas(sampled.sliced, sampled.lattice, {.tolerance = 0.05, .blocks = blocks}).value();
+  const AtlasLayout axes = atlas_axes(sampled.lattice);
+  Reach reach(axes);
+  reach.add_up_to(theta_max_deg);
+  const CellSet cells = theta_max_deg > 0 ? reach.cells() : CellSet();
+  Atlas atlas =
+      bake_atlas(sampled.sliced, sampled.lattice, {.tolerance = 0.05, .blocks = blocks, .cells = cells}).value();
   use_range(atlas, range);
   return atlas;
 }
@@ -54,6 +63,7 @@ const std::vector<Atlas>& atlases() {
            DomainKind::kLinear, false, TexelRange::kUnsigned),
       bake(half_difference_frame({0, 5, 40}, {0, 15, 40}, {0}, {0, 90}, {.isotropic = true, .mirror_x = true}),
            DomainKind::kLog, true, TexelRange::kAsIs),
+      bake(elevation_frame(40, 180, {}).value(), DomainKind::kLog, false, TexelRange::kUnsigned, 40),
   };
   return kMade;
 }
@@ -67,6 +77,7 @@ void expect_same(const Atlas& a, const Atlas& b) {
   EXPECT_EQ(a.layout.symmetries, b.layout.symmetries);
   EXPECT_EQ(a.layout.theta_max_deg, b.layout.theta_max_deg);
   EXPECT_EQ(a.layout.blocks, b.layout.blocks);
+  EXPECT_EQ(a.layout.cells, b.layout.cells);
   EXPECT_EQ(a.layout.width, b.layout.width);
   EXPECT_EQ(a.layout.height, b.layout.height);
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
@@ -339,27 +350,6 @@ TEST(Manifest, IsWrittenWhateverBytesNamesHave) {
   EXPECT_EQ(read->json["source"]["name"], "caf\xEF\xBF\xBD.binary");
 }
 
-/// A manifest in memory with files beside it.
-class InFolder final : public ByteSource {
- public:
-  explicit InFolder(const std::string& text) : text_(text) {}
-
-  std::map<std::string, std::vector<std::byte>> files;
-
-  [[nodiscard]] std::uint64_t size() const override { return text_.size(); }
-  [[nodiscard]] Status read(std::uint64_t offset, std::span<std::byte> target) const override {
-    return MemorySource(std::as_bytes(std::span(text_))).read(offset, target);
-  }
-  [[nodiscard]] Result<std::shared_ptr<const ByteSource>> neighbour(const std::string& name) const override {
-    std::shared_ptr<const ByteSource> found;
-    if (files.contains(name)) found = std::make_shared<OwnedMemorySource>(files.at(name));
-    return found;
-  }
-
- private:
-  std::string text_;
-};
-
 Texture texture_of(TexelFormat format, std::uint32_t width, std::uint32_t height, std::span<const float> texels) {
   TexelCounts counts;
   return encode_texels(format, width, height, texels, counts).value();
@@ -368,6 +358,20 @@ Texture texture_of(TexelFormat format, std::uint32_t width, std::uint32_t height
 std::string error_of(const std::shared_ptr<InFolder>& folder) {
   const Result<std::unique_ptr<BrdfSource>> opened = open_atlas(folder, {});
   return opened ? "" : opened.error().message;
+}
+
+TEST(AtlasFile, IsRefusedWithTexelsOfAnotherTexture) {
+  const Atlas& atlas = atlases()[1];
+  const Texture texture = texture_of(TexelFormat::kRgb32f, atlas.layout.width, atlas.layout.height, atlas.texels);
+  AtlasFiles files = kFiles;
+  files.texels_crc32 = checksum(std::as_bytes(std::span(texture.bytes)));
+  const auto folder = std::make_shared<InFolder>(emit_manifest(atlas, files, {}));
+  folder->files["leaf.exr"] = write_exr_texture(texture).value();
+  EXPECT_EQ(error_of(folder), "");
+  Texture other = texture;
+  other.bytes[0] ^= 1U;
+  folder->files["leaf.exr"] = write_exr_texture(other).value();
+  EXPECT_THAT(error_of(folder), HasSubstr("leaf.exr has other texels"));
 }
 
 TEST(AtlasFile, IsOpenedWithTheTextureThatBelongsToIt) {
