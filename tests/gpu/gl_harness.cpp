@@ -92,7 +92,8 @@ class GlContext::Impl {
       const int unit = static_cast<int>(bound.size());
       // A sampler that is declared and not used has no place either.
       if (shader.find(texture.name) == std::string::npos) {
-        return usage_error(fmt::format("the shader has no sampler2D {}", texture.name));
+        return usage_error(
+            fmt::format("the shader has no {} {}", texture.cube ? "samplerCube" : "sampler2D", texture.name));
       }
       Result<GlObject> made = make_texture(gl(), texture, unit);
       if (!made) return made.error();
@@ -182,6 +183,7 @@ Result<GlTiming> GlContext::time_frames(const std::string& shader, std::span<con
   std::vector<double> seconds;
   seconds.reserve(static_cast<std::size_t>(frames));
   for (int frame = 0; frame < frames; ++frame) seconds.push_back(seconds_of_frame(gl, *target));
+  timing.frames = seconds;
   std::sort(seconds.begin(), seconds.end());
   timing.fastest_seconds = seconds.front();
   timing.median_seconds = (seconds[(seconds.size() - 1) / 2] + seconds[seconds.size() / 2]) / 2;
