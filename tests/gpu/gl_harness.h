@@ -59,8 +59,10 @@ struct GlTiming {
   double median_seconds = 0;   ///< of a frame, from its draw call until glFinish returns
   double fastest_seconds = 0;  ///< of a frame
   double first_seconds = 0;    ///< the frame before those that count; the driver may finish compiling in it
-  std::vector<double> frames;  ///< of each frame that counts, in the order drawn [s]
-  std::vector<float> image;    ///< height x width x 4, the lowest row first
+  /// Of each frame that counts, in the order drawn [s]; `processor` is what the threads of this process took together,
+  /// whatever else the machine does.
+  std::vector<double> frames, processor;
+  std::vector<float> image;  ///< height x width x 4, the lowest row first
 };
 
 /// An OpenGL context without display or window, drawn by the processor: Mesa's llvmpipe, unless the environment
