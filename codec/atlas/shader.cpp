@@ -1,6 +1,7 @@
 #include "codec/atlas/shader.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <span>
@@ -75,7 +76,10 @@ vec4 sbrdf_coordinates(vec3 w_i, vec3 w_v) {
 
 class Writer {
  public:
-  explicit Writer(const Atlas& atlas) : atlas_(atlas), layout_(atlas.layout), poles_(poles(atlas.layout)) {}
+  explicit Writer(const Atlas& atlas) : atlas_(atlas), layout_(atlas.layout) {
+    // A ring that is left out is asked for nowhere.
+    if (layout_.ring && layout_.ring->tile_width > 0) poles_ = poles(layout_);
+  }
 
   std::string write() {
     text_ = "#ifndef SBRDF_ATLAS\nuniform highp sampler2D sbrdf_atlas;\n#define SBRDF_ATLAS sbrdf_atlas\n#endif\n";
@@ -86,7 +90,10 @@ class Writer {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
       if (layout_.axes[axis].moves()) write_place(axis);
     }
-    for (std::size_t k = 0; k < layout_.tables.size(); ++k) write_table(k);
+    for (std::size_t k = 0; k < layout_.tables.size(); ++k) {
+      write_tile(k);
+      write_scales(k);
+    }
     write_inverse();
     if (!layout_.cells.is_everything()) write_cells();
     write_eval();
@@ -94,11 +101,12 @@ class Writer {
   }
 
  private:
+  // Multiplied rather than divided by the sides, as everywhere: a division takes as long as a dozen products.
   void write_texel() {
     text_ +=
-        "\n// Bilinear between the centres of texels.\nvec3 sbrdf_texel(float x, float y) {\n"
-        "  return textureLod(SBRDF_ATLAS, (vec2(x, y) + 0.5) / vec2(" +
-        number(std::size_t{layout_.width}) + ", " + number(std::size_t{layout_.height}) + "), 0.0).rgb;\n}\n";
+        "\n// Bilinear between the centres of texels.\nvec3 sbrdf_texel(vec2 at) {\n  return textureLod(SBRDF_ATLAS, "
+        "at * vec2(" +
+        number(1.0 / layout_.width) + ", " + number(1.0 / layout_.height) + "), 0.0).rgb;\n}\n";
   }
 
   // See fold_coordinates.
@@ -119,92 +127,107 @@ class Writer {
     text_ += "  return x;\n}\n";
   }
 
-  static bool is_even(const AtlasAxis& axis) {
+  static bool has_even_nodes(const AtlasAxis& axis) {
     const std::size_t cells = axis.nodes_deg.size() - 1;
     for (std::size_t k = 0; k < cells; ++k) {
-      if (axis.texels[k + 1] - axis.texels[k] != axis.texels[1]) return false;
       if (std::abs(axis.nodes_deg[k + 1] * static_cast<double>(cells) -
                    axis.nodes_deg.back() * static_cast<double>(k + 1)) > 1e-6) {
         return false;
       }
     }
-    return !axis.root_spacing;
+    return true;
+  }
+
+  static bool has_even_texels(const AtlasAxis& axis) {
+    for (std::size_t k = 1; k < axis.texels.size(); ++k) {
+      if (axis.texels[k] != k * axis.texels[1]) return false;
+    }
+    return true;
   }
 
   // A cell of an axis, the fraction of the way through it, and the texel of slices along the axis.
   void write_place(std::size_t axis_number) {
     const AtlasAxis& axis = layout_.axes[axis_number];
     const std::size_t cells = axis.nodes_deg.size() - 1;
+    const bool even_nodes = has_even_nodes(axis);
     text_ += "\nvec3 sbrdf_place_" + std::to_string(axis_number) + "(float x) {\n";
-    if (is_even(axis)) {
+    if (even_nodes) {
       text_ += "  float at = clamp(x * " + number(static_cast<double>(cells) / axis.nodes_deg.back()) + ", 0.0, " +
                number(cells) + ");\n  float cell = min(floor(at), " + number(cells - 1) +
-               ");\n  return vec3(cell, at - cell, at * " + number(std::size_t{axis.texels[1]}) + ");\n}\n";
+               ");\n  float t = at - cell;\n";
+    } else {
+      std::vector<std::string> rows;
+      std::string cell = "0.0";
+      for (std::size_t k = 0; k < cells; ++k) {
+        rows.push_back("vec2(" + number(axis.nodes_deg[k]) + ", " +
+                       number(1 / (axis.nodes_deg[k + 1] - axis.nodes_deg[k])) + ")");
+        if (k > 0) cell += " + step(" + number(axis.nodes_deg[k]) + ", x)";
+      }
+      text_ += "  const vec2 nodes[" + std::to_string(cells) + "] = " + list("vec2", rows) +
+               ";\n  float cell = " + cell +
+               ";\n  vec2 node = nodes[int(cell)];\n  float t = clamp((x - node.x) * node.y, 0.0, 1.0);\n";
+    }
+    const std::string way = axis.root_spacing ? "(cell == 0.0 ? sqrt(t) : t)" : "t";
+    if (has_even_texels(axis)) {
+      text_ += "  return vec3(cell, t, (cell + " + way + ") * " + number(std::size_t{axis.texels[1]}) + ");\n}\n";
       return;
     }
     std::vector<std::string> rows;
-    std::string cell = "0.0";
     for (std::size_t k = 0; k < cells; ++k) {
-      rows.push_back(
-          "vec4(" + number(axis.nodes_deg[k]) + ", " + number(1 / (axis.nodes_deg[k + 1] - axis.nodes_deg[k])) + ", " +
-          number(std::size_t{axis.texels[k]}) + ", " + number(std::size_t{axis.texels[k + 1] - axis.texels[k]}) + ")");
-      if (k > 0) cell += " + step(" + number(axis.nodes_deg[k]) + ", x)";
+      rows.push_back("vec2(" + number(std::size_t{axis.texels[k]}) + ", " +
+                     number(std::size_t{axis.texels[k + 1] - axis.texels[k]}) + ")");
     }
-    text_ += "  const vec4 cells[" + std::to_string(cells) + "] = " + list("vec4", rows) + ";\n  float cell = " + cell +
-             ";\n  vec4 c = cells[int(cell)];\n  float t = clamp((x - c.x) * c.y, 0.0, 1.0);\n";
-    text_ += axis.root_spacing ? "  return vec3(cell, t, c.z + c.w * (cell == 0.0 ? sqrt(t) : t));\n}\n"
-                               : "  return vec3(cell, t, c.z + c.w * t);\n}\n";
+    text_ += "  const vec2 texels[" + std::to_string(cells) + "] = " + list("vec2", rows) +
+             ";\n  vec2 texel = texels[int(cell)];\n  return vec3(cell, t, texel.x + texel.y * " + way + ");\n}\n";
   }
 
-  // One bilinear look-up in the tile between two nodes of the explicit axes.
-  void write_table(std::size_t k) {
+  // To the centre of the first texel, which is where slices and nodes begin.
+  void write_tile(std::size_t k) {
     const AtlasTable& table = layout_.tables[k];
-    text_ += "\nvec3 sbrdf_table_" + std::to_string(k) + "(float along, float across, float first, float second) {\n";
-    if (table.triangular) {
-      text_ += "  float tile = first * (first + 3.0) * 0.5 + second;\n";
+    if (!layout_.cells.is_everything()) return write_kept_tile(k);
+    const std::string x = number(table.x + 0.5);
+    const std::string y = number(table.y + 0.5);
+    const std::string width = number(std::size_t{table.tile_width});
+    const std::string height = number(std::size_t{table.tile_height});
+    text_ += "\n// Where a tile of the slices along axis " + std::to_string(table.along) +
+             " begins [texels].\nvec2 sbrdf_tile_" + std::to_string(k) + "(float tile) {\n";
+    if (table.tiles_per_row == 1) {
+      text_ += "  return vec2(" + x + ", tile * " + height + " + " + y + ");\n}\n";
+    } else if (table.tiles_per_row >= table.tile_count) {
+      text_ += "  return vec2(tile * " + width + " + " + x + ", " + y + ");\n}\n";
     } else {
-      const std::size_t row = table.between.size() > 1 ? step_count(layout_, table.between[1]) : 1;
-      text_ += "  float tile = first * " + number(row) + " + second;\n";
+      text_ += "  float row = floor((tile + 0.5) * " + number(1.0 / table.tiles_per_row) +
+               ");\n  return vec2((tile - row * " + number(std::size_t{table.tiles_per_row}) + ") * " + width + " + " +
+               x + ", row * " + height + " + " + y + ");\n}\n";
     }
-    text_ += (layout_.cells.is_everything() ? texel_by_row(table) : texel_by_place(table)) + scaled(atlas_.scales[k]) +
-             "}\n";
-  }
-
-  static std::string texel_by_row(const AtlasTable& table) {
-    const std::string per_row = number(std::size_t{table.tiles_per_row});
-    return "  float row = floor((tile + 0.5) / " + per_row + ");\n  vec3 texel = sbrdf_texel(" +
-           number(std::size_t{table.x}) + " + (tile - row * " + per_row + ") * " +
-           number(std::size_t{table.tile_width}) + " + along, " + number(std::size_t{table.y}) + " + row * " +
-           number(std::size_t{table.tile_height}) + " + across);\n";
   }
 
   // Of tiles that are left out in part, where their first texel would lie; of those that are not there, anywhere.
-  static std::string texel_by_place(const AtlasTable& table) {
+  void write_kept_tile(std::size_t k) {
     std::vector<std::string> places;
-    for (const AtlasTile& tile : table.tiles) {
-      places.push_back("vec2(" + number(static_cast<double>(tile.x) - tile.first_column) + ", " +
-                       number(static_cast<double>(tile.y) - tile.first_row) + ")");
+    for (const AtlasTile& tile : layout_.tables[k].tiles) {
+      places.push_back("vec2(" + number(tile.x + 0.5 - tile.first_column) + ", " +
+                       number(tile.y + 0.5 - tile.first_row) + ")");
     }
-    return "  const vec2 places[" + std::to_string(places.size()) + "] = " + list("vec2", places) +
-           ";\n  vec2 place = places[int(tile)];\n  vec3 texel = sbrdf_texel(place.x + along, place.y + across);\n";
+    text_ += "\n// Where a tile of the slices along axis " + std::to_string(layout_.tables[k].along) +
+             " begins [texels].\nvec2 sbrdf_tile_" + std::to_string(k) + "(float tile) {\n  const vec2 places[" +
+             std::to_string(places.size()) + "] = " + list("vec2", places) + ";\n  return places[int(tile)];\n}\n";
   }
 
-  // `texel` is that of the tile with the number `tile`.
-  static std::string scaled(const std::vector<AtlasScale>& scales) {
-    if (scales.size() == 1) {
-      const AtlasScale& scale = scales.front();
-      return "  return " + vec3(scale.offset) + " + " + vec3(scale.scale) + " * texel;\n";
-    }
+  // Of tables whose tiles have scales of their own.
+  void write_scales(std::size_t k) {
+    const std::vector<AtlasScale>& scales = atlas_.scales[k];
+    if (scales.size() == 1) return;
     std::vector<std::string> offsets;
     std::vector<std::string> factors;
     for (const AtlasScale& scale : scales) {
       offsets.push_back(vec3(scale.offset));
       factors.push_back(vec3(scale.scale));
     }
-    const std::string type = "  const vec3 ";
     const std::string size = "[" + std::to_string(scales.size()) + "] = ";
-    return type + "offsets" + size + list("vec3", offsets) + ";\n" + type + "factors" + size + list("vec3", factors) +
-           ";\n  return offsets[int(tile)] + factors[int(tile)] * texel;\n";
+    text_ += "\nvec3 sbrdf_scaled_" + std::to_string(k) + "(vec3 texel, float tile) {\n  const vec3 offsets" + size +
+             list("vec3", offsets) + ";\n  const vec3 factors" + size + list("vec3", factors) +
+             ";\n  return offsets[int(tile)] + factors[int(tile)] * texel;\n}\n";
   }
 
   void write_inverse() {
@@ -212,11 +235,12 @@ class Writer {
     text_ += "\n// f_r [1/sr] of v.\nvec3 sbrdf_inverse(vec3 v) {\n";
     if (domain.log) {
       text_ +=
-          "  const vec3 at_zero = " + vec3(domain.at_zero) + ";\n  const vec3 floor_value = " + vec3(domain.floor) +
-          ";\n  vec3 high = " + vec3(domain.reference) + " * exp(0.5 * min(v, 160.0)) * exp(0.5 * min(v, 160.0));\n" +
-          "  vec3 middle = floor_value * (v - at_zero);\n" +
-          "  vec3 down = 0.5 * min(at_zero - 1.0 - v, 160.0);\n  vec3 low = -floor_value * exp(down) * exp(down);\n" +
-          "  vec3 f = mix(mix(low, middle, step(at_zero - 1.0, v)), high, step(" + vec3(domain.at_floor) + ", v));\n";
+          "  const vec3 at_zero = " + vec3(domain.at_zero) + ";\n  const vec3 at_floor = " + vec3(domain.at_floor) +
+          ";\n  const vec3 floor_value = " + vec3(domain.floor) +
+          ";\n  vec3 root = exp(0.5 * min(v, 160.0));\n  vec3 f = " + vec3(domain.reference) + " * root * root;\n" +
+          "  if (any(lessThan(v, at_floor))) {\n    vec3 down = exp(0.5 * min(at_zero - 1.0 - v, 160.0));\n" +
+          "    vec3 low = mix(-floor_value * down * down, floor_value * (v - at_zero), step(at_zero - 1.0, v));\n" +
+          "    f = mix(low, f, step(at_floor, v));\n  }\n";
     } else {
       text_ += "  vec3 f = v;\n";
     }
@@ -229,6 +253,7 @@ class Writer {
   }
 
   void write_eval() {
+    if (!poles_.empty()) write_ring();
     text_ +=
         "\nvec3 sbrdf_eval(vec3 w_i, vec3 w_v) {\n  if (w_i.z < 0.0 || w_v.z < 0.0) return vec3(0.0);\n"
         "  vec4 x = sbrdf_fold(sbrdf_coordinates(w_i, w_v));\n";
@@ -239,12 +264,27 @@ class Writer {
     }
     if (!layout_.cells.is_everything()) write_check();
     if (layout_.dense_along) write_texel_steps();
-    text_ += "  vec3 v = vec3(0.0);\n  float w;\n";
+    for (const AtlasPole& pole : poles_) write_pole(pole);
+    text_ += "  vec3 v = vec3(0.0);\n  vec4 sum;\n  vec3 texel;\n  vec2 at;\n  float tile;\n  float w;\n";
     for (std::size_t k = 0; k < layout_.tables.size(); ++k) write_sum(k);
-    if (layout_.ring && layout_.ring->tile_width > 0) {
-      for (const AtlasPole& pole : poles_) write_ring(pole);
-    }
     text_ += "  return sbrdf_inverse(v);\n}\n";
+  }
+
+  void write_ring() {
+    const AtlasScale& scale = atlas_.scales.back().front();
+    text_ +=
+        "\nvec3 sbrdf_ring(vec3 texel) { return " + vec3(scale.offset) + " + " + vec3(scale.scale) + " * texel; }\n";
+  }
+
+  // Whether a pair lies in the cells at a pole, and where on the ring.
+  void write_pole(const AtlasPole& pole) {
+    const AtlasRing& ring = *layout_.ring;
+    const std::string polar = std::to_string(pole.polar_axis);
+    const std::string other = pole.ring_axis == kAxial ? "x.y" : "x.x";
+    text_ += "  bool pole_" + polar + " = p" + polar + ".x == 0.0;\n  vec2 ring_" + polar + " = vec2(sbrdf_wrap(x." +
+             "xyzw"[pole.ring_axis] + (pole.sign > 0 ? " + " : " - ") + other + ", " + number(ring.period_deg) +
+             ") * " + number(ring.ring_texels / ring.period_deg) + " + " + number(ring.x + 0.5) + ", p" +
+             std::to_string(pole.along) + ".z + " + number(ring.y + 0.5) + ");\n";
   }
 
   // One bit for each cell, the last axis fastest.
@@ -286,45 +326,69 @@ class Writer {
              ";  // left out\n#endif\n";
   }
 
-  // Tiles at a pole are taken out as often as there are rings that stand for them.
-  void write_sum(std::size_t k) {
+  struct Corner {
+    std::string tile, weight;
+    const AtlasPole* ring = nullptr;  ///< read in place of the tile at this pole
+  };
+
+  // A ring stands for all tiles of its node, which count for nothing there: one of the primary's leaves its place to
+  // it. Where two rings stand for one tile it is taken out twice.
+  Corner corner_of(std::size_t k, unsigned bits) const {
     const AtlasTable& table = layout_.tables[k];
-    for (unsigned bits = 0; bits < (1U << table.between.size()); ++bits) {
-      std::string weight;
-      std::string share;
-      std::string nodes;
-      for (std::size_t m = 0; m < 2; ++m) {
-        if (m >= table.between.size()) {
-          nodes += ", 0.0";
-          continue;
-        }
-        const std::string p = "p" + std::to_string(table.between[m]);
-        const bool far = ((bits >> m) & 1U) != 0;
-        weight += (m == 0 ? "" : " * ") + (far ? p + ".y" : "(1.0 - " + p + ".y)");
-        nodes += ", " + p + ".x" + (far ? " + 1.0" : "");
-        for (const AtlasPole& pole : poles_) {
-          if (pole.polar_axis == table.between[m] && !far) share += " - (" + p + ".x == 0.0 ? 1.0 : 0.0)";
-        }
+    const std::size_t count = table.between.size();
+    Corner corner;
+    std::string share;
+    std::array<std::string, 2> nodes = {"0.0", "0.0"};
+    for (std::size_t m = 0; m < count; ++m) {
+      const std::string axis = std::to_string(table.between[m]);
+      const bool far = ((bits >> m) & 1U) != 0;
+      corner.weight += (m == 0 ? "" : " * ") + (far ? "p" + axis + ".y" : "(1.0 - p" + axis + ".y)");
+      nodes[m] = far ? "(p" + axis + ".x + 1.0)" : "p" + axis + ".x";
+      for (const AtlasPole& pole : poles_) {
+        if (far || pole.polar_axis != table.between[m]) continue;
+        share += " - float(pole_" + axis + ")";
+        const bool others_far = (bits | (1U << m)) == (1U << count) - 1;
+        if (k == 0 && others_far) corner.ring = &pole;
       }
-      if (!share.empty()) weight += " * (1.0" + share + ")";
-      const std::string across = table.across ? "p" + std::to_string(*table.across) : "";
-      text_ += "  w = " + (weight.empty() ? "1.0" : weight) + ";\n  v += w * sbrdf_table_" + std::to_string(k) + "(p" +
-               std::to_string(table.along) + ".z, " +
-               (table.across ? across + ".x + " + across + ".y" : std::string("0.0")) + nodes + ");\n";
     }
+    if (corner.weight.empty()) corner.weight = "1.0";
+    if (corner.ring == nullptr && !share.empty()) corner.weight += " * (1.0" + share + ")";
+    if (table.triangular) {
+      corner.tile = nodes[0] + " * (" + nodes[0] + " + 3.0) * 0.5 + " + nodes[1];
+    } else if (count < 2) {
+      corner.tile = nodes[0];
+    } else {
+      corner.tile = nodes[0] + " * " + number(step_count(layout_, table.between[1])) + " + " + nodes[1];
+    }
+    return corner;
   }
 
-  void write_ring(const AtlasPole& pole) {
-    const AtlasRing& ring = *layout_.ring;
-    const std::string polar = "p" + std::to_string(pole.polar_axis);
-    const std::string period = number(ring.period_deg);
-    const std::string other = pole.ring_axis == kAxial ? "x.y" : "x.x";
-    const AtlasScale& scale = atlas_.scales.back().front();
-    text_ += "  if (" + polar + ".x == 0.0) {\n    float turn = sbrdf_wrap(x." + "xyzw"[pole.ring_axis] +
-             (pole.sign > 0 ? " + " : " - ") + other + ", " + period + ") / " + period + ";\n    v += (1.0 - " + polar +
-             ".y) * (" + vec3(scale.offset) + " + " + vec3(scale.scale) + " * sbrdf_texel(" +
-             number(std::size_t{ring.x}) + " + turn * " + number(std::size_t{ring.ring_texels}) + ", " +
-             number(std::size_t{ring.y}) + " + p" + std::to_string(pole.along) + ".z));\n  }\n";
+  void write_sum(std::size_t k) {
+    const AtlasTable& table = layout_.tables[k];
+    const std::string number_text = std::to_string(k);
+    const std::string across = table.across ? "p" + std::to_string(*table.across) : "";
+    const bool one_scale = atlas_.scales[k].size() == 1;
+    const std::string add =
+        one_scale ? "sum += w * vec4(texel, 1.0);\n" : "v += w * sbrdf_scaled_" + number_text + "(texel, tile);\n";
+    text_ += "  // Slices along axis " + std::to_string(table.along) + ".\n  at = vec2(p" +
+             std::to_string(table.along) + ".z, " +
+             (table.across ? across + ".x + " + across + ".y" : std::string("0.0")) + ");\n";
+    if (one_scale) text_ += "  sum = vec4(0.0);\n";
+    for (unsigned bits = 0; bits < (1U << table.between.size()); ++bits) {
+      const Corner corner = corner_of(k, bits);
+      const std::string place = "at + sbrdf_tile_" + number_text + "(tile)";
+      text_ += "  tile = " + corner.tile + ";\n  w = " + corner.weight + ";\n";
+      if (corner.ring == nullptr) {
+        text_ += "  texel = sbrdf_texel(" + place + ");\n  " + add;
+        continue;
+      }
+      const std::string polar = std::to_string(corner.ring->polar_axis);
+      text_ += "  texel = sbrdf_texel(pole_" + polar + " ? ring_" + polar + " : " + place + ");\n  if (pole_" + polar +
+               ") {\n    v += (1.0 - p" + polar + ".y) * sbrdf_ring(texel);\n  } else {\n    " + add + "  }\n";
+    }
+    if (!one_scale) return;
+    const AtlasScale& scale = atlas_.scales[k].front();
+    text_ += "  v += " + vec3(scale.offset) + " * sum.w + " + vec3(scale.scale) + " * sum.rgb;\n";
   }
 
   const Atlas& atlas_;

@@ -80,7 +80,7 @@ void use_range(Atlas& atlas, TexelRange range) {
   for (std::size_t k = 0; k < layout.tables.size(); ++k) {
     const std::vector<Rectangle> tiles = tiles_of(layout.tables[k]);
     atlas.scales[k].clear();
-    if (k == 0 || tiles.size() <= kMostScales) {
+    if (range != TexelRange::kSigned && (k == 0 || tiles.size() <= kMostScales)) {
       for (const Rectangle& tile : tiles) atlas.scales[k].push_back(bring_into(atlas, std::span(&tile, 1), range));
     } else {
       atlas.scales[k].push_back(bring_into(atlas, tiles, range));

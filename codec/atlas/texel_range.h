@@ -15,7 +15,8 @@ enum class TexelRange : std::uint8_t {
 inline constexpr float kLeastInBlocks = 0.25F;
 
 /// Brings the texels of a freshly baked atlas into a range: each tile of the primary table and of tables with few,
-/// other tables as a whole, per channel. Values stay what they were but for rounding.
+/// other tables as a whole, per channel; with kSigned all tables as a whole, since half floats are fine enough, and
+/// shaders look up no scales. Values stay what they were but for rounding.
 void use_range(Atlas& atlas, TexelRange range);
 
 }  // namespace sbrdf::internal

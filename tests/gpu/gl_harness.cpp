@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/benchmarks/timing.h"
 #include "tests/gpu/egl_context.h"
 #include "tests/gpu/gl_objects.h"
 
@@ -64,11 +65,17 @@ GlTexture input_texture(std::span<const float> inputs, int columns, int rows) {
   return texture;
 }
 
-double seconds_of_frame(const GlCalls& gl, const GlTarget& target) {
+struct FrameTime {
+  double wall = 0, processor = 0;  // [s]
+};
+
+FrameTime time_frame(const GlCalls& gl, const GlTarget& target) {
   const auto start = std::chrono::steady_clock::now();
+  const double processor_start = processor_seconds();
   target.draw();
   gl.finish();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
+          processor_seconds() - processor_start};
 }
 
 }  // namespace
@@ -92,7 +99,8 @@ class GlContext::Impl {
       const int unit = static_cast<int>(bound.size());
       // A sampler that is declared and not used has no place either.
       if (shader.find(texture.name) == std::string::npos) {
-        return usage_error(fmt::format("the shader has no sampler2D {}", texture.name));
+        return usage_error(
+            fmt::format("the shader has no {} {}", texture.cube ? "samplerCube" : "sampler2D", texture.name));
       }
       Result<GlObject> made = make_texture(gl(), texture, unit);
       if (!made) return made.error();
@@ -178,10 +186,13 @@ Result<GlTiming> GlContext::time_frames(const std::string& shader, std::span<con
   gl.finish();
 
   GlTiming timing;
-  timing.first_seconds = seconds_of_frame(gl, *target);
-  std::vector<double> seconds;
-  seconds.reserve(static_cast<std::size_t>(frames));
-  for (int frame = 0; frame < frames; ++frame) seconds.push_back(seconds_of_frame(gl, *target));
+  timing.first_seconds = time_frame(gl, *target).wall;
+  for (int frame = 0; frame < frames; ++frame) {
+    const FrameTime time = time_frame(gl, *target);
+    timing.frames.push_back(time.wall);
+    timing.processor.push_back(time.processor);
+  }
+  std::vector<double> seconds = timing.frames;
   std::sort(seconds.begin(), seconds.end());
   timing.fastest_seconds = seconds.front();
   timing.median_seconds = (seconds[(seconds.size() - 1) / 2] + seconds[seconds.size() / 2]) / 2;

@@ -23,6 +23,7 @@ enum class GlFormat : std::uint8_t {
   kRgb32f,        ///< 3 floats
   kR32f,          ///< 1 float
   kRgba16f,       ///< 4 halves
+  kRgba8,         ///< 4 bytes, each a fraction of 255
   kRgb9E5,        ///< 9 bits for each channel from bit 0 on, the shared exponent from bit 27 on: m * 2^(e - 24)
   kBc6hUnsigned,  ///< blocks of 4 x 4 texels in 16 bytes: BC6H_UFLOAT
   kBc6hSigned,    ///< the same with signs: BC6H_SFLOAT
@@ -32,7 +33,8 @@ enum class GlFilter : std::uint8_t { kNearest, kLinear };
 enum class GlWrap : std::uint8_t { kClampToEdge, kRepeat };
 
 /// A 2-D texture without smaller levels. `name` is that of its `uniform sampler2D` in the shader. `bytes` are rows from
-/// t = 0 on without gaps: texels, or blocks where the format has them (rows of blocks are then rounded up).
+/// t = 0 on without gaps: texels, or blocks where the format has them (rows of blocks are then rounded up). A cube map,
+/// `uniform samplerCube`, has six faces one behind the other: +x, -x, +y, -y, +z, -z.
 struct GlTexture {
   std::string name;
   GlFormat format = GlFormat::kRgba32f;
@@ -41,9 +43,10 @@ struct GlTexture {
   std::vector<std::byte> bytes;
   GlFilter filter = GlFilter::kLinear;
   std::array<GlWrap, 2> wrap = {GlWrap::kClampToEdge, GlWrap::kClampToEdge};  ///< along s, along t
+  bool cube = false;                                                          ///< of square faces; no blocks
 };
 
-/// Bytes that a texture of this size needs; 0 where a side is not positive.
+/// Bytes that a texture of this size, or one face of a cube, needs; 0 where a side is not positive.
 [[nodiscard]] std::size_t gl_texture_size(GlFormat format, int width, int height);
 
 /// What the shader of GlContext::evaluate defines.
@@ -56,7 +59,10 @@ struct GlTiming {
   double median_seconds = 0;   ///< of a frame, from its draw call until glFinish returns
   double fastest_seconds = 0;  ///< of a frame
   double first_seconds = 0;    ///< the frame before those that count; the driver may finish compiling in it
-  std::vector<float> image;    ///< height x width x 4, the lowest row first
+  /// Of each frame that counts, in the order drawn [s]; `processor` is what the threads of this process took together,
+  /// whatever else the machine does.
+  std::vector<double> frames, processor;
+  std::vector<float> image;  ///< height x width x 4, the lowest row first
 };
 
 /// An OpenGL context without display or window, drawn by the processor: Mesa's llvmpipe, unless the environment

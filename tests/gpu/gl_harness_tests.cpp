@@ -383,6 +383,31 @@ vec3 run(vec3 a, vec3 b) { return vec3(texture(crossings, a.xy).r, texture(slice
   EXPECT_EQ(*values, (std::vector<float>{2, 3, 7}));
 }
 
+TEST_P(GlHarness, CubeMapsHaveSixFaces) {
+  SBRDF_MAKE_GL_CONTEXT(context, GetParam());
+  GlTexture cube = {.name = "cube",
+                    .format = GlFormat::kRgba8,
+                    .width = 2,
+                    .height = 2,
+                    .bytes = {},
+                    .filter = GlFilter::kNearest,
+                    .cube = true};
+  for (unsigned char number = 0; number < 6 * 4; ++number) {
+    for (int channel = 0; channel < 4; ++channel) cube.bytes.push_back(std::byte{number});
+  }
+  const std::string shader =
+      "uniform highp samplerCube cube;\nvec3 run(vec3 a, vec3 b) { return textureLod(cube, a, 0.0).rgb * 255.0; }\n";
+  // Faces +x, -x, +y, -y, +z, -z; columns and rows of each as OpenGL has them.
+  const std::vector<float> inputs = {2, 1,  1, 0, 0, 0, 0, 0, -2, 1, 1, 0, 0, 0, 0, 0, 1, 2, 1,  0, 0, 0, 0, 0,
+                                     1, -2, 1, 0, 0, 0, 0, 0, 1,  1, 2, 0, 0, 0, 0, 0, 1, 1, -2, 0, 0, 0, 0, 0};
+  const auto values = context.evaluate(shader, {&cube, 1}, inputs);
+  ASSERT_TRUE(values.ok()) << values.error().message;
+  const std::vector<float> expected = {0, 5, 11, 13, 17, 20};
+  for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_NEAR((*values)[3 * k], expected[k], 1e-3) << k;
+  cube.height = 1;
+  EXPECT_FALSE(context.evaluate(shader, {&cube, 1}, inputs));
+}
+
 TEST_P(GlHarness, CompileErrorsNameTheLineOfTheText) {
   SBRDF_MAKE_GL_CONTEXT(context, GetParam());
   const std::string shader = "// line 1\nvec3 run(vec3 a, vec3 b) {\n  return a + undeclared_name;\n}\n";

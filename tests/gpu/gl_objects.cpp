@@ -13,6 +13,8 @@ namespace {
 constexpr GLenum kBc6hSignedFloat = 0x8E8E;
 constexpr GLenum kBc6hUnsignedFloat = 0x8E8F;
 
+constexpr std::size_t kFaces = 6;  // of a cube
+
 struct Layout {
   GLint internal_format;
   GLenum format, type;  // format 0: compressed
@@ -29,6 +31,8 @@ Layout layout_of(GlFormat format) {
       return {GL_R32F, GL_RED, GL_FLOAT, 4};
     case GlFormat::kRgba16f:
       return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, 8};
+    case GlFormat::kRgba8:
+      return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
     case GlFormat::kRgb9E5:
       return {GL_RGB9_E5, GL_RGB, GL_UNSIGNED_INT_5_9_9_9_REV, 4};
     case GlFormat::kBc6hUnsigned:
@@ -98,7 +102,15 @@ void upload(const GlCalls& gl, const GlTexture& texture) {
     return;
   }
   gl.pixel_store(GL_UNPACK_ALIGNMENT, 1);
-  gl.image(GL_TEXTURE_2D, 0, internal_format, texture.width, texture.height, 0, format, type, texture.bytes.data());
+  if (!texture.cube) {
+    gl.image(GL_TEXTURE_2D, 0, internal_format, texture.width, texture.height, 0, format, type, texture.bytes.data());
+    return;
+  }
+  const std::size_t face_size = gl_texture_size(texture.format, texture.width, texture.height);
+  for (std::size_t face = 0; face < kFaces; ++face) {
+    gl.image(GL_TEXTURE_CUBE_MAP_POSITIVE_X + static_cast<GLenum>(face), 0, internal_format, texture.width,
+             texture.height, 0, format, type, texture.bytes.data() + face * face_size);
+  }
 }
 
 GlObject generate_texture(const GlCalls& gl) {
@@ -139,23 +151,27 @@ Status check_gl(const GlCalls& gl, std::string_view what) {
 
 Result<GlObject> make_texture(const GlCalls& gl, const GlTexture& texture, int unit) {
   if (const Status status = check_side(gl, texture.width, texture.height); !status) return status.error();
-  const std::size_t size = gl_texture_size(texture.format, texture.width, texture.height);
+  if (texture.cube && (texture.width != texture.height || layout_of(texture.format).format == 0)) {
+    return usage_error("cube map " + texture.name + ": faces are square, and have no blocks");
+  }
+  const std::size_t size = gl_texture_size(texture.format, texture.width, texture.height) * (texture.cube ? kFaces : 1);
   if (texture.bytes.size() != size) {
     return usage_error(fmt::format("texture {}: {} bytes rather than {}", texture.name, texture.bytes.size(), size));
   }
   GlObject made = generate_texture(gl);
   gl.active_texture(GL_TEXTURE0 + static_cast<GLenum>(unit));
-  gl.bind_texture(GL_TEXTURE_2D, made.name());
+  const GLenum kind = texture.cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
+  gl.bind_texture(kind, made.name());
   upload(gl, texture);
   const GLint filter = texture.filter == GlFilter::kLinear ? GL_LINEAR : GL_NEAREST;
   const std::array<GLenum, 2> axes = {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T};
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const GLint wrap = texture.wrap[axis] == GlWrap::kRepeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
-    gl.texture_parameter(GL_TEXTURE_2D, axes[axis], wrap);
+    gl.texture_parameter(kind, axes[axis], wrap);
   }
-  gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-  gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
-  gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+  gl.texture_parameter(kind, GL_TEXTURE_MIN_FILTER, filter);
+  gl.texture_parameter(kind, GL_TEXTURE_MAG_FILTER, filter);
+  gl.texture_parameter(kind, GL_TEXTURE_MAX_LEVEL, 0);
   if (const Status status = check_gl(gl, "texture " + texture.name); !status) return status.error();
   return made;
 }

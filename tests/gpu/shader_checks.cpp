@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -117,9 +118,30 @@ Result<std::string> glsl_to_hlsl(ShaderStage stage, const std::string& shader) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
+Result<ShaderCounts> count_instructions(const std::string& fragment_shader) {
+  const ScratchFolder folder;
+  const ShaderCheck compiled =
+      compile_to_spirv(folder, ShaderStage::kFragment, fragment_shader, vulkan_options(), "vulkan1.0");
+  if (compiled.exit_code != 0) return usage_error(compiled.output);
+  const ShaderCheck listed = run(fmt::format("spirv-opt -O {0} -o {0} && spirv-dis --raw-id {0}", folder / "spirv"));
+  if (listed.exit_code != 0) return usage_error(listed.output);
+  ShaderCounts counts;
+  bool inside = false;
+  std::istringstream lines(listed.output);
+  for (std::string line; std::getline(lines, line);) {
+    const auto has = [&](const char* word) { return line.find(word) != std::string::npos; };
+    if (has("OpFunctionEnd")) inside = false;
+    if (inside && !has("OpLabel") && !has("OpVariable")) ++counts.instructions;
+    if (inside && (has("OpImageSample") || has("OpImageFetch"))) ++counts.fetches;
+    if (has("= OpFunction ")) inside = true;
+  }
+  return counts;
+}
+
 std::string missing_shader_programs() {
   std::string missing;
-  for (const char* program : {"glslangValidator --version", "spirv-val --version", "spirv-cross --help"}) {
+  for (const char* program : {"glslangValidator --version", "spirv-val --version", "spirv-opt --version",
+                              "spirv-dis --version", "spirv-cross --help"}) {
     const std::string command(program);
     if (run(command).exit_code != kNotFound) continue;
     missing += (missing.empty() ? "" : " ") + command.substr(0, command.find(' '));

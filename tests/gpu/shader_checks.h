@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -33,6 +34,15 @@ struct ShaderCheck {
 /// HLSL of shader model 5.0, by spirv-cross from the SPIR-V for Vulkan of a GLSL shader. kUsage with all that was
 /// printed where one of the programs complains.
 [[nodiscard]] Result<std::string> glsl_to_hlsl(ShaderStage stage, const std::string& shader);
+
+/// What a fragment shader is made of once everything is inlined and folded: SPIR-V for Vulkan, as spirv-opt -O leaves
+/// it.
+struct ShaderCounts {
+  std::size_t instructions = 0;  ///< without declarations and labels; a loop or a branch counts once
+  std::size_t fetches = 0;       ///< those of them that read a texture
+};
+/// kUsage with all that was printed where one of the programs complains.
+[[nodiscard]] Result<ShaderCounts> count_instructions(const std::string& fragment_shader);
 
 /// Names of those programs that cannot be started, with blanks between; empty where all are there.
 [[nodiscard]] std::string missing_shader_programs();

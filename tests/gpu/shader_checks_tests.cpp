@@ -50,6 +50,23 @@ TEST(ShaderChecks, KnowWhatALanguageLacks) {
   EXPECT_THAT(precision.output, HasSubstr("precision"));
 }
 
+TEST(ShaderChecks, CountWhatIsLeftOfAShader) {
+  SBRDF_NEED_SHADER_PROGRAMS();
+  const auto counts = [](const std::string& expression) {
+    const Result<ShaderCounts> found = count_instructions(fragment_shader("#version 450 core\n", expression));
+    EXPECT_TRUE(found) << found.error().message;
+    return found ? *found : ShaderCounts{};
+  };
+  // Load the place and the texture, read, store, return.
+  const ShaderCounts one = counts("texture(atlas, uv)");
+  EXPECT_EQ(one.instructions, 5U);
+  EXPECT_EQ(one.fetches, 1U);
+  const ShaderCounts two = counts("texture(atlas, uv) * 2.0 + texelFetch(atlas, ivec2(uv), 0) * (3.0 - 1.0)");
+  EXPECT_EQ(two.fetches, 2U);
+  EXPECT_GT(two.instructions, one.instructions + 3);
+  EXPECT_FALSE(count_instructions("#version 450 core\nvoid main() { undeclared_name; }\n"));
+}
+
 TEST(ShaderChecks, OtherStagesAreChecked) {
   SBRDF_NEED_SHADER_PROGRAMS();
   const ShaderCheck vertex =
