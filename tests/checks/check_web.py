@@ -47,8 +47,8 @@ def fetch_modules(example, folder):
     for name in ("package.json", "package-lock.json"):
         shutil.copy(example / name, folder / name)
     for _ in range(2):
-        npm = subprocess.run(["npm", "ci", "--no-audit", "--no-fund"], cwd=folder, capture_output=True, text=True,
-                             check=False)
+        npm = subprocess.run(["npm", "ci", "--no-audit", "--no-fund", "--fetch-retries=0"], cwd=folder,
+                             capture_output=True, text=True, check=False)
         if npm.returncode == 0:
             done.write_bytes(lock)
             return folder / "node_modules"
@@ -82,7 +82,7 @@ def start_browser(folder, port, llvmpipe):
     # Without a sandbox, which root and most containers lack: all pages are our own.
     command = ["chromium", "--headless=new", "--no-sandbox", "--use-gl=angle", *drawn_by, "--disable-dev-shm-usage",
                "--disable-background-networking", "--no-first-run", f"--user-data-dir={folder / 'profile'}",
-               f"http://127.0.0.1:{port}/check_web.html"]
+               "--enable-logging=stderr", f"http://127.0.0.1:{port}/check_web.html"]
     with open(folder / "browser.log", "wb") as log:
         return subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True,
                                 env=os.environ | {"HOME": str(folder), "LIBGL_ALWAYS_SOFTWARE": "1"})
@@ -96,6 +96,13 @@ def end_browser(browser):
     except subprocess.TimeoutExpired:
         os.killpg(browser.pid, signal.SIGKILL)
         browser.wait()
+
+
+def said_by_pages(folder):
+    """The browser's log from the first message of a page on, such as that of a shader that does not compile."""
+    log = folder / "browser.log"
+    text = log.read_text(errors="replace") if log.exists() else ""
+    return text[text.find(":CONSOLE") :][:3000]
 
 
 def answers_of(folder, jobs, llvmpipe):
@@ -119,7 +126,7 @@ def answers_of(folder, jobs, llvmpipe):
                 yield content, now - last
             last = now
     except queue.Empty:
-        raise AssertionError("the browser is silent: " + (folder / "browser.log").read_text()[-2000:]) from None
+        raise AssertionError("the browser is silent") from None
     finally:
         end_browser(browser)
         server.shutdown()
@@ -163,20 +170,23 @@ def check_values(name, values, expected, w_i, w_v):
     scale = np.maximum(np.abs(expected).max(axis=1), 1e-3 * np.abs(expected).mean())
     relative = np.abs(values - expected).max(axis=1) / scale
     # Where both lie on the horizon, opposite each other, the half vector is what rounding makes of it.
-    relative[np.linalg.norm(w_i + w_v, axis=1) < 0.01] *= 0.1
-    k = relative.argmax()
-    print(f"{name}: {len(values)} pairs differ by {relative.max():.2g} of the largest channel at most, "
-          f"{relative.mean():.2g} on the mean; most at {w_i[k]}, {w_v[k]}")
-    assert relative.max() <= MOST_RELATIVE and relative.mean() <= MOST_MEAN, name
+    opposite = np.linalg.norm(w_i + w_v, axis=1) < 0.01
+    k = np.where(opposite, 0, relative).argmax()
+    print(f"{name}: {(~opposite).sum()} pairs differ by {relative[k]:.2g} of the largest channel at most, most at {w_i[k]}, "
+          f"{w_v[k]}; {opposite.sum()} opposite ones by {relative[opposite].max():.2g}; all by {relative.mean():.2g} on "
+          "the mean")
+    assert relative[k] <= MOST_RELATIVE and relative[opposite].max() <= 10 * MOST_RELATIVE, name
+    assert relative.mean() <= MOST_MEAN, name
 
 
 # ---- Materials -------------------------------------------------------------------------------------------------------
 
-SPHERES = (  # prefix, container, how texels are stored
+MATERIALS = {"alum": "kurt:Brushed alum", "fabric112": "kurt:fabric112"}
+SPHERES = (  # prefix, which begins with the material; container; how texels are stored
     ("fabric112.halves", "ktx2", ("--texel", "rgba16f")),
     ("fabric112.packed", "ktx2", ("--texel", "e5b9g9r9", "--zstd")),
-    ("fabric112.exr", "exr", ("--texel", "rgba16f")),
-    ("fabric112.blocks", "dds", ("--texel", "bc6h", "--fast")),
+    ("alum.halves", "exr", ("--texel", "rgba16f")),
+    ("alum.blocks", "dds", ("--texel", "bc6h", "--fast")),
 )
 KURT_SLICES = ("--placement", "14/36", "--samples", "4000")
 FLOATS = ("--texel", "rgb32f", "--max-error", "2")
@@ -197,10 +207,10 @@ def make_jobs(program, folder, data):
     """What a browser is asked for; the files lie in the folder."""
     jobs = []
     for name, container, options in SPHERES:
-        sphere.make_atlas(program, "kurt:fabric112", folder / name, "--container", container, *options, "--max-error",
-                          "2", slices=KURT_SLICES)
+        sphere.make_atlas(program, MATERIALS[name.split(".")[0]], folder / name, "--container", container, *options,
+                          "--max-error", "2", slices=KURT_SLICES)
         jobs.append({"name": name, "atlas": f"{name}.{container}"})
-    materials = {"alum": ("kurt:Brushed alum", KURT_SLICES), "fabric112": ("kurt:fabric112", KURT_SLICES)}
+    materials = {name: (material, KURT_SLICES) for name, material in MATERIALS.items()}
     table = measured_table(program, folder, data)
     if table is not None:
         materials["chm_orange"] = (table, ("--samples", "1000"))
@@ -243,7 +253,11 @@ def main():
         for path in (*(example / n for n in ("index.html", "main.js", "atlas.js")), *HERE.glob("check_web.[hj]*")):
             shutil.copy(path, folder)
         (folder / "node_modules").symlink_to(node_modules.resolve())
-        check(program, folder, (arguments + [None])[3], "--llvmpipe" in sys.argv)
+        try:
+            check(program, folder, (arguments + [None])[3], "--llvmpipe" in sys.argv)
+        except AssertionError:
+            print(said_by_pages(folder))
+            raise
     return 0
 
 
