@@ -17,8 +17,6 @@ import tempfile
 import engine_sphere as sphere
 import numpy as np
 
-SLICES = ("--placement", "14/36", "--samples", "4000")
-
 
 def start_display():
     """The display's process and its name."""
@@ -63,11 +61,11 @@ def main():
         example = shutil.copytree(sys.argv[1], folder / "example")
         display, display_name = start_display()
         try:
-            sphere.make_atlas(program, "kurt:Brushed alum", folder / "alum", "--container", "exr", "--max-error", "2",
-                              slices=SLICES)
-            picture = draw(example, folder / "alum", folder, display_name)
-            sphere.check_picture("Godot, Brushed alum", read_picture(picture, sphere.SIDE),
-                                 sphere.expected_picture(program, folder / "alum.json"))
+            for name in sphere.MATERIALS:
+                sphere.make_atlas(program, folder / name, "--container", "exr")
+                picture = draw(example, folder / name, folder, display_name)
+                sphere.check_picture(f"Godot, {name}", read_picture(picture, sphere.SIDE),
+                                     sphere.expected_picture(program, folder / f"{name}.json"))
         finally:
             display.terminate()
             display.wait()

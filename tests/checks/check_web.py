@@ -172,24 +172,20 @@ def check_values(name, values, expected, w_i, w_v):
     # Where both lie on the horizon, opposite each other, the half vector is what rounding makes of it.
     opposite = np.linalg.norm(w_i + w_v, axis=1) < 0.01
     k = np.where(opposite, 0, relative).argmax()
-    print(f"{name}: {(~opposite).sum()} pairs differ by {relative[k]:.2g} of the largest channel at most, most at {w_i[k]}, "
-          f"{w_v[k]}; {opposite.sum()} opposite ones by {relative[opposite].max():.2g}; all by {relative.mean():.2g} on "
-          "the mean")
+    print(f"{name}: {(~opposite).sum()} pairs differ by {relative[k]:.2g} of the largest channel at most, at {w_i[k]}, "
+          f"{w_v[k]}; {opposite.sum()} opposite ones by {relative[opposite].max():.2g}; mean {relative.mean():.2g}")
     assert relative[k] <= MOST_RELATIVE and relative[opposite].max() <= 10 * MOST_RELATIVE, name
     assert relative.mean() <= MOST_MEAN, name
 
 
 # ---- Materials -------------------------------------------------------------------------------------------------------
 
-MATERIALS = {"alum": "kurt:Brushed alum", "fabric112": "kurt:fabric112"}
 SPHERES = (  # prefix, which begins with the material; container; how texels are stored
     ("fabric112.halves", "ktx2", ("--texel", "rgba16f")),
     ("fabric112.packed", "ktx2", ("--texel", "e5b9g9r9", "--zstd")),
     ("alum.halves", "exr", ("--texel", "rgba16f")),
     ("alum.blocks", "dds", ("--texel", "bc6h", "--fast")),
 )
-KURT_SLICES = ("--placement", "14/36", "--samples", "4000")
-FLOATS = ("--texel", "rgb32f", "--max-error", "2")
 
 
 def measured_table(program, folder, data):
@@ -207,15 +203,14 @@ def make_jobs(program, folder, data):
     """What a browser is asked for; the files lie in the folder."""
     jobs = []
     for name, container, options in SPHERES:
-        sphere.make_atlas(program, MATERIALS[name.split(".")[0]], folder / name, "--container", container, *options,
-                          "--max-error", "2", slices=KURT_SLICES)
+        sphere.make_atlas(program, folder / name, "--container", container, *options)
         jobs.append({"name": name, "atlas": f"{name}.{container}"})
-    materials = {name: (material, KURT_SLICES) for name, material in MATERIALS.items()}
+    materials = dict(sphere.MATERIALS)
     table = measured_table(program, folder, data)
     if table is not None:
         materials["chm_orange"] = (table, ("--samples", "1000"))
-    for name, (material, slices) in materials.items():
-        sphere.make_atlas(program, material, folder / f"{name}.float", *FLOATS, slices=slices)
+    for name, material in materials.items():
+        sphere.make_atlas(program, folder / f"{name}.float", "--texel", "rgb32f", material=material)
         jobs.append({"name": f"{name}.float", "atlas": f"{name}.float.ktx2", "pairs": "pairs.bin", "width": WIDTH,
                      "height": HEIGHT})
     return jobs

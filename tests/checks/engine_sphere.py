@@ -30,6 +30,12 @@ FIELD_OF_VIEW = math.radians(32)
 LEAST_COSINE = math.cos(math.radians(80))
 TOLERANCE = 2  # of 255
 
+# Two anisotropic materials, one in either frame, so that shaders have most lines that there are: (file, how it is sliced).
+MATERIALS = {
+    "alum": ("kurt:Brushed alum", ("--placement", "14/36", "--samples", "4000")),
+    "fabric112": ("kurt:fabric112", ("--frame", "half-difference", "--samples", "800", "--search-evaluations", "20")),
+}
+
 
 def run(*arguments, text=None):
     done = subprocess.run([str(a) for a in arguments], input=text, capture_output=True, text=True, check=False)
@@ -37,12 +43,14 @@ def run(*arguments, text=None):
     return done.stdout
 
 
-def make_atlas(program, material, prefix, *options, slices=()):
-    """Files of the prefix and a sliced one beside them, made once for each material."""
-    sliced = prefix.with_name(f"{prefix.name.split('.')[0]}.sbrdf")
+def make_atlas(program, prefix, *options, material=None):
+    """Files of the prefix, which begins with the material's name, and a sliced one beside them, made once for each."""
+    name = prefix.name.split(".")[0]
+    sliced = prefix.with_name(f"{name}.sbrdf")
     if not sliced.exists():
-        run(program, "convert", material, sliced, *slices)
-    run(program, "atlas", sliced, prefix, *options)
+        source, slices = material or MATERIALS[name]
+        run(program, "convert", source, sliced, *slices)
+    run(program, "atlas", sliced, prefix, "--max-error", "2", *options)
 
 
 def evaluated(program, manifest, w_i, w_v):
