@@ -30,7 +30,7 @@ FIELD_OF_VIEW = math.radians(32)
 LEAST_COSINE = math.cos(math.radians(80))
 TOLERANCE = 2  # of 255
 
-# Two anisotropic materials, one in either frame, so that shaders have most lines that there are: (file, how it is sliced).
+# Two anisotropic materials, one in either frame, so that shaders have most lines that there are: (file, slicing).
 MATERIALS = {
     "alum": ("kurt:Brushed alum", ("--placement", "14/36", "--samples", "4000")),
     "fabric112": ("kurt:fabric112", ("--frame", "half-difference", "--samples", "800", "--search-evaluations", "20")),
