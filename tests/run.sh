@@ -7,7 +7,10 @@
 #   SBRDF_SKIP_INSTALL=1        do not look for missing packages
 #   SBRDF_TEST_DATA=FOLDER      measured files (default: ../shared/data beside this repository)
 #   SBRDF_FUZZ_SECONDS=10       run each fuzzer for so long (default: 0, not at all; 10 with CI=true)
-#   CI=true                     missing measured files, and what runs or checks shaders, are failures, not skipped tests
+#   CI=true                     missing measured files, and what runs or checks shaders, are failures, not skipped
+#                               tests; a browser, Godot 3 and npm (some 500 MB) are installed for the examples for
+#                               engines. By hand: CI=true ./tools/install_packages.sh, and
+#                               ctest --preset release -R "BrowserDraws|GodotDraws"
 set -uo pipefail
 export LC_ALL=C
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1

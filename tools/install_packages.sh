@@ -1,10 +1,16 @@
 #!/usr/bin/env bash
-# Installs the packages of tools/packages.txt that are missing. Prints nothing when none is.
+# Installs the packages of tools/packages.txt that are missing, with CI=true those marked "ci", too. Prints nothing when
+# none is.
 set -euo pipefail
 export LC_ALL=C DEBIAN_FRONTEND=noninteractive
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-mapfile -t packages < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$here/packages.txt")
+mapfile -t packages < <(awk '{ sub(/#.*/, "") } NF == 1 { print $1 }' "$here/packages.txt")
+if [ "${CI:-}" = true ]; then
+  while read -r command package; do
+    command -v "$command" > /dev/null || packages+=("$package")
+  done < <(awk '$1 == "ci" { print $2, $3 }' "$here/packages.txt")
+fi
 
 if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
   echo "install_packages: not a Debian system; install what provides these packages: ${packages[*]}" >&2
