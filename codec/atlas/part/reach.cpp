@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "codec/frame/frame.h"
 
@@ -86,20 +87,31 @@ void Reach::add_half_difference(const DirectionPair& pair, double margin_deg) {
   });
 }
 
-// Walks along theta and phi of both directions: s and u move as much as a phi does.
+// s and u move by what both azimuths move together. Where the thetas change places u changes its sign.
 void Reach::add_elevation(const DirectionPair& pair, double margin_deg) {
-  const Coordinates x = {degrees_from_radians(pair.i.phi), degrees_from_radians(pair.v.phi),
-                         degrees_from_radians(pair.i.theta), degrees_from_radians(pair.v.theta)};
-  Box box;
-  for (std::size_t k = 0; k < 2; ++k) {
-    const double turn = azimuth_moved(x[2 + k], margin_deg);
-    box[k] = {x[k] - turn, x[k] + turn};
-    box[2 + k] = {std::max(0.0, x[2 + k] - margin_deg), std::min(90.0, x[2 + k] + margin_deg)};
-  }
-  const double azimuths = std::min(narrowest_[kAxial], narrowest_[kDiagonal]);
-  for_places(box, {azimuths, azimuths, narrowest_[kVertical], narrowest_[kHorizontal]}, [&](const Coordinates& at) {
-    const DirectionPair near = {direction_from_degrees(at[2], at[0]), direction_from_degrees(at[3], at[1])};
-    cells_.add(cell_of(layout_, fold_coordinates(layout_, geometry(layout_.frame).coordinates(near))));
+  const double theta_i = degrees_from_radians(pair.i.theta);
+  const double theta_v = degrees_from_radians(pair.v.theta);
+  const double s = degrees_from_radians(pair.i.phi + pair.v.phi);
+  const double u = degrees_from_radians(pair.i.phi - pair.v.phi);
+  const double turn = std::min(360.0, azimuth_moved(theta_i, margin_deg) + azimuth_moved(theta_v, margin_deg));
+  const auto about = [&](double theta) {
+    return Range{std::max(0.0, theta - margin_deg), std::min(90.0, theta + margin_deg)};
+  };
+  const Box box = {Range{s - turn, s + turn}, Range{u - turn, u + turn}, about(theta_v), about(theta_i)};
+  const auto add = [&](Coordinates at) {
+    const double turns = 360 * std::floor(at[kDiagonal] / 360);
+    at[kAxial] = wrap(at[kAxial] - turns, 720);
+    at[kDiagonal] -= turns;
+    cells_.add(cell_of(layout_, fold_coordinates(layout_, at)));
+  };
+  // Between places in one order there may be some in the other.
+  const bool either = std::abs(theta_i - theta_v) <= 2 * margin_deg;
+  for_places(box, narrowest_, [&](Coordinates at) {
+    const bool swapped = at[kVertical] > at[kHorizontal];
+    if (swapped) std::swap(at[kVertical], at[kHorizontal]);
+    if (!swapped || either) add(at);
+    at[kDiagonal] = -at[kDiagonal];
+    if (swapped || either) add(at);
   });
 }
 

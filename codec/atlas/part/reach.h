@@ -9,7 +9,7 @@ namespace sbrdf::internal {
 /// Finds the cells of an atlas that pairs of directions reach.
 class Reach {
  public:
-  /// Of the layout the frame, its symmetries and the nodes are used; it must outlive this.
+  /// Of the layout the frame, its symmetries and the nodes are used.
   explicit Reach(const AtlasLayout& layout);
 
   /// The cells of all pairs whose directions are both within `margin_deg` of those of `pair`, which lies above the
@@ -38,7 +38,7 @@ class Reach {
   void add_half_difference(const DirectionPair& pair, double margin_deg);
   void add_elevation(const DirectionPair& pair, double margin_deg);
 
-  const AtlasLayout& layout_;
+  AtlasLayout layout_;
   Coordinates narrowest_{};  ///< cell of each axis [degrees]
   CellSet cells_;
 };
