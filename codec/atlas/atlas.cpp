@@ -25,8 +25,8 @@ std::size_t cell_on(const std::vector<double>& nodes, double x_deg) {
 
 }  // namespace
 
-CellSet::Counts cell_counts(const AtlasLayout& layout) {
-  CellSet::Counts counts;
+AtlasCells::Counts cell_counts(const AtlasLayout& layout) {
+  AtlasCells::Counts counts;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     counts[axis] = static_cast<std::uint32_t>(std::max<std::size_t>(layout.axes[axis].nodes_deg.size(), 2) - 1);
   }

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "codec/atlas/part/cell_set.h"
+#include "codec/atlas/part/atlas_cells.h"
 #include "codec/frame/lattice.h"
 #include "codec/material/sliced_brdf.h"
 #include "formats/core/result.h"
@@ -86,7 +86,7 @@ struct AtlasLayout {
   std::optional<std::size_t> dense_along;
   std::vector<AtlasTable> tables;  ///< the primary first
   std::optional<AtlasRing> ring;
-  CellSet cells;                        ///< that are held: what a scene does not need is left out
+  AtlasCells cells;                     ///< that are held: what a scene does not need is left out
   bool blocks = false;                  ///< tiles begin at multiples of 4 texels and fill them
   std::uint32_t width = 0, height = 0;  ///< multiples of 4
 };
@@ -126,7 +126,7 @@ inline constexpr std::array<float, 3> kLeftOutColour = {1, 0, 1};
 [[nodiscard]] Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x);
 
 /// How many cells the axes have.
-[[nodiscard]] CellSet::Counts cell_counts(const AtlasLayout& layout);
+[[nodiscard]] AtlasCells::Counts cell_counts(const AtlasLayout& layout);
 /// The cell of coordinates that have been folded.
 [[nodiscard]] AtlasCell cell_of(const AtlasLayout& layout, const Coordinates& folded);
 

@@ -21,8 +21,8 @@ struct BakeOptions {
   std::uint32_t most_texels_per_cell = 128;
   std::uint32_t most_side = 8192;  ///< [texels]
   std::uint64_t most_texels = std::numeric_limits<std::uint64_t>::max();
-  bool dense = false;  ///< one table for all, where dense_axis gives an axis
-  CellSet cells = {};  ///< what is to be held, of the axes that atlas_axes gives
+  bool dense = false;     ///< one table for all, where dense_axis gives an axis
+  AtlasCells cells = {};  ///< what is to be held, of the axes that atlas_axes gives
 };
 
 /// Frame and nodes of the atlases of a material, of which no texels are known yet.

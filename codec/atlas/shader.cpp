@@ -300,7 +300,7 @@ class Writer {
     }
     text_ += "\n#ifdef SBRDF_DEBUG\nbool sbrdf_holds(vec4 cell) {\n  const uint bits[" + std::to_string(words.size()) +
              "] = " + list("uint", words) + ";\n  int number = int(((cell.x * ";
-    const CellSet::Counts& counts = layout_.cells.counts();
+    const AtlasCells::Counts& counts = layout_.cells.counts();
     text_ += number(std::size_t{counts[1]}) + " + cell.y) * " + number(std::size_t{counts[2]}) + " + cell.z) * " +
              number(std::size_t{counts[3]}) +
              " + cell.w + 0.5);\n  return ((bits[number >> 5] >> uint(number & 31)) & 1u) != 0u;\n}\n#endif\n";

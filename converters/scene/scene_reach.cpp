@@ -136,7 +136,7 @@ class SceneReach {
  public:
   SceneReach(const Scene& scene, const AtlasLayout& axes) : scene_(scene), axes_(axes), found_(cell_counts(axes)) {}
 
-  Result<CellSet> find(const Progress& progress) {
+  Result<AtlasCells> find(const Progress& progress) {
     std::vector<Piece> pieces;
     for (const SceneCamera& camera : scene_.cameras) {
       Pieces seen(scene_, camera, pieces);
@@ -196,13 +196,13 @@ class SceneReach {
 
   const Scene& scene_;
   const AtlasLayout& axes_;
-  CellSet found_;
+  AtlasCells found_;
   std::mutex mutex_;
 };
 
 }  // namespace
 
-Result<CellSet> reach_of_scene(const Scene& scene, const AtlasLayout& axes, const Progress& progress) {
+Result<AtlasCells> reach_of_scene(const Scene& scene, const AtlasLayout& axes, const Progress& progress) {
   return SceneReach(scene, axes).find(progress);
 }
 

@@ -45,7 +45,7 @@ Result<MadeAtlas> make_with_bar(const BrdfSource& source, const Needed& needed, 
   const Result<DecodedSliced> sliced = slices_of(source, command, steps.step(source.sliced() == nullptr ? 0.7 : 0));
   if (!sliced) return sliced.error();
   AtlasOptions options = command.options;
-  Result<CellSet> cells = needed_cells(needed, sliced->lattice, steps.step(needed.scene ? 0.5 : 0));
+  Result<AtlasCells> cells = needed_cells(needed, sliced->lattice, steps.step(needed.scene ? 0.5 : 0));
   if (!cells) return cells.error();
   options.cells = *std::move(cells);
   Result<MadeAtlas> made = make_atlas(*sliced, source, options, steps.step(1));
@@ -122,7 +122,7 @@ void print_atlas(const MadeAtlas& made, const AtlasPaths& paths, const Written& 
 }
 
 void add_part(Json& json, const MadeAtlas& made) {
-  const CellSet& cells = made.atlas.layout.cells;
+  const AtlasCells& cells = made.atlas.layout.cells;
   if (cells.is_everything()) return;
   json["cells"] = cells.flags().size();
   json["cells_held"] = cells.size();

@@ -119,7 +119,7 @@ void Reach::add_elevation(const DirectionPair& pair, double margin_deg) {
 // cosines are cos(theta_h) cos(theta_d) -+ sin(theta_h) sin(theta_d) cos(phi_d).
 void Reach::add_up_to(double theta_max_deg) {
   AtlasCell cell{};
-  const CellSet::Counts counts = cells_.counts();
+  const AtlasCells::Counts counts = cells_.counts();
   const auto low = [&](std::size_t axis) {
     const AtlasAxis& on = layout_.axes[axis];
     return on.moves() ? on.nodes_deg[cell[axis]] : 0.0;

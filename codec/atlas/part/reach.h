@@ -1,7 +1,7 @@
 #pragma once
 
 #include "codec/atlas/atlas.h"
-#include "codec/atlas/part/cell_set.h"
+#include "codec/atlas/part/atlas_cells.h"
 #include "formats/core/directions.h"
 
 namespace sbrdf::internal {
@@ -21,9 +21,9 @@ class Reach {
   void add_up_to(double theta_max_deg);
 
   /// What others have found for the same layout.
-  void add_all(const CellSet& cells) { cells_.add_all(cells); }
+  void add_all(const AtlasCells& cells) { cells_.add_all(cells); }
 
-  [[nodiscard]] const CellSet& cells() const { return cells_; }
+  [[nodiscard]] const AtlasCells& cells() const { return cells_; }
 
  private:
   struct Range {
@@ -40,7 +40,7 @@ class Reach {
 
   AtlasLayout layout_;
   Coordinates narrowest_{};  ///< cell of each axis [degrees]
-  CellSet cells_;
+  AtlasCells cells_;
 };
 
 }  // namespace sbrdf::internal

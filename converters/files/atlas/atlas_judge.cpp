@@ -22,7 +22,7 @@ AtlasErrors errors_of(std::span<const float> values, const HeldBack& held_back) 
 
 }  // namespace
 
-Result<AtlasJudge> AtlasJudge::make(const DecodedSliced& sliced, const BrdfSource& source, const CellSet& cells) {
+Result<AtlasJudge> AtlasJudge::make(const DecodedSliced& sliced, const BrdfSource& source, const AtlasCells& cells) {
   const Evaluator evaluator(sliced.sliced, sliced.lattice);
   const FrameSpec& frame = sliced.sliced.frame;
   HeldBackDraw wanted = {kJudgedBy, kSeed, frame.symmetries.isotropic, frame.theta_max_deg};

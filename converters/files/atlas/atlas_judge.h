@@ -5,7 +5,7 @@
 #include <functional>
 #include <span>
 
-#include "codec/atlas/part/cell_set.h"
+#include "codec/atlas/part/atlas_cells.h"
 #include "codec/file/encoder.h"
 #include "codec/search/held_back.h"
 #include "converters/source/brdf_source.h"
@@ -32,7 +32,7 @@ class AtlasJudge {
   /// `source` is what the slices were made of, or they themselves. Only directions in `cells` of an atlas of these
   /// slices count. Errors as of draw_held_back.
   [[nodiscard]] static Result<AtlasJudge> make(const DecodedSliced& sliced, const BrdfSource& source,
-                                               const CellSet& cells = {});
+                                               const AtlasCells& cells = {});
 
   /// `evaluate` is called from many threads.
   [[nodiscard]] Errors errors(const Evaluate& evaluate) const;

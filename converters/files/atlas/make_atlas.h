@@ -27,7 +27,7 @@ struct AtlasOptions {
   bool fast = false;  ///< BC6H only: blocks are searched less
   /// How far the atlas may be off the slices, by either error: as few texels as reach it.
   double max_error_percent = 0.5;
-  CellSet cells = {};  ///< what is packed, of the axes that atlas_axes gives; errors are those of directions there
+  AtlasCells cells = {};  ///< what is packed, of the axes that atlas_axes gives; errors are those of directions there
 };
 
 struct MadeAtlas {

@@ -110,7 +110,7 @@ Json ring_json(const AtlasRing& ring) {
 }
 
 /// Lengths of runs, in turn of cells left out and held.
-Json cells_json(const CellSet& cells) {
+Json cells_json(const AtlasCells& cells) {
   Json runs = Json::array();
   bool held = false;
   std::size_t length = 0;
@@ -126,12 +126,12 @@ Json cells_json(const CellSet& cells) {
   return {{"counts", cells.counts()}, {"held", cells.size()}, {"runs", runs}};
 }
 
-CellSet read_cells(MemberReader& reader, const Json& json, const CellSet::Counts& counts) {
+AtlasCells read_cells(MemberReader& reader, const Json& json, const AtlasCells::Counts& counts) {
   const Json& given = reader.list(json, "counts", kAxisCount);
-  if (CellSet::cell_count(counts) > kMostCells) reader.refuse("cells", "are too many to be left out one by one");
+  if (AtlasCells::cell_count(counts) > kMostCells) reader.refuse("cells", "are too many to be left out one by one");
   if (given != Json(counts)) reader.refuse("counts", "does not follow from the axes");
   if (reader.error()) return {};
-  CellSet cells(counts);
+  AtlasCells cells(counts);
   const std::size_t all = cells.flags().size();
   std::size_t at = 0;
   bool held = false;

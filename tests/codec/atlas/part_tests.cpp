@@ -169,7 +169,7 @@ SampledBrdf sampled(const FrameSpec& spec) {
 }
 
 /// Cells about some pairs, at the pole or not.
-CellSet some_cells(const AtlasLayout& axes, int pairs, std::mt19937_64& random) {
+AtlasCells some_cells(const AtlasLayout& axes, int pairs, std::mt19937_64& random) {
   Reach reach(axes);
   for (int k = 0; k < pairs; ++k) reach.add(random_pair(random), 2);
   return reach.cells();
@@ -181,7 +181,7 @@ TEST(PartOfAtlas, HasTheValuesOfTheWholeWhereItHoldsCellsAndElseTheColour) {
     const SampledBrdf made = sampled(spec);
     for (const bool blocks : {false, true}) {
       const Atlas whole = bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks}).value();
-      const CellSet cells = some_cells(whole.layout, blocks ? 1 : 6, random);
+      const AtlasCells cells = some_cells(whole.layout, blocks ? 1 : 6, random);
       const Atlas part =
           bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks, .cells = cells}).value();
       EXPECT_LE(part.texels.size(), whole.texels.size() + 48 * std::size_t{whole.layout.width});
@@ -248,7 +248,7 @@ TEST(PartOfAtlas, HasTilesThatDoNotOverlap) {
 TEST(PartOfAtlas, IsRefusedForNoCellsAndForCellsOfOtherAxes) {
   const SampledBrdf made = sampled(frames()[1]);
   const AtlasLayout axes = axes_of(frames()[1]);
-  const Result<Atlas> none = bake_atlas(made.sliced, made.lattice, {.cells = CellSet(cell_counts(axes))});
+  const Result<Atlas> none = bake_atlas(made.sliced, made.lattice, {.cells = AtlasCells(cell_counts(axes))});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::kUsage);
   Reach other(atlas_axes(build_lattice(frames()[2]).value()));

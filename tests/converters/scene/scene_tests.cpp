@@ -54,8 +54,8 @@ std::vector<AtlasLayout> some_axes() {
   return axes;
 }
 
-bool is_reached(const CellSet& cells, const AtlasLayout& axes, const SurfacePoint& point, const glm::dvec3& to_camera,
-                const glm::dvec3& to_light) {
+bool is_reached(const AtlasCells& cells, const AtlasLayout& axes, const SurfacePoint& point,
+                const glm::dvec3& to_camera, const glm::dvec3& to_light) {
   const glm::dvec3 w_v = point.local(glm::normalize(to_camera));
   const glm::dvec3 w_i = point.local(glm::normalize(to_light));
   if (w_v.z < 0 || w_i.z < 0) return true;  // not seen, or not lit
@@ -92,7 +92,7 @@ void expect_all_pixels_reached(const std::string& text, const Hit& hit, const st
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> share(-1, 1);
   for (const AtlasLayout& axes : some_axes()) {
-    const Result<CellSet> cells = reach_of_scene(scene, axes);
+    const Result<AtlasCells> cells = reach_of_scene(scene, axes);
     ASSERT_TRUE(cells) << cells.error().message;
     int seen = 0;
     for (int k = 0; k < 4000; ++k) {
@@ -158,7 +158,7 @@ TEST(SceneReach, KnowsWhereAnEnvironmentIsDark) {
   const Scene scene = read_scene(folder).value();
   const Scene whole = scene_of(scene_text(kFloor, R"("environment": true)"));
   for (const AtlasLayout& axes : some_axes()) {
-    const CellSet part = reach_of_scene(scene, axes).value();
+    const AtlasCells part = reach_of_scene(scene, axes).value();
     EXPECT_LT(part.size(), reach_of_scene(whole, axes).value().size());
     const SceneCamera& camera = scene.cameras.front();
     for (const glm::dvec3& light : sky_directions(through_window)) {
@@ -172,7 +172,7 @@ TEST(SceneReach, KnowsWhereAnEnvironmentIsDark) {
 TEST(SceneReach, LeavesOutMostOfWhatAFloorInTheSunDoesNotNeed) {
   const Scene scene = scene_of(scene_text(kFloor, R"("lights": [{"direction": [1, 2, 1]}])"));
   for (const AtlasLayout& axes : some_axes()) {
-    const CellSet cells = reach_of_scene(scene, axes).value();
+    const AtlasCells cells = reach_of_scene(scene, axes).value();
     EXPECT_LE(static_cast<double>(cells.size()), 0.3 * static_cast<double>(cells.flags().size()));
   }
 }
@@ -188,8 +188,8 @@ TEST(SceneReach, OfAMeshIsThatOfTheSameRectangle) {
   EXPECT_NEAR(glm::length(mesh.patches[1].at(0.3, 0.6).tangent - glm::dvec3(1, 0, 0)), 0, 1e-12);
   const Scene plane = scene_of(scene_text(kFloor, R"("lights": [{"position": [1, 3, -1]}])"));
   for (const AtlasLayout& axes : some_axes()) {
-    const CellSet of_mesh = reach_of_scene(mesh, axes).value();
-    const CellSet of_plane = reach_of_scene(plane, axes).value();
+    const AtlasCells of_mesh = reach_of_scene(mesh, axes).value();
+    const AtlasCells of_plane = reach_of_scene(plane, axes).value();
     // Both are cut into other pieces: cells on the border may differ.
     std::size_t differ = 0;
     for (std::size_t k = 0; k < of_mesh.flags().size(); ++k)
@@ -202,7 +202,7 @@ TEST(SceneReach, IsTheSameForAnyNumberOfThreadsAndCanBeStopped) {
   const Scene scene = scene_of(scene_text(kSphere, R"("lights": [{"direction": [3, 2, 1]}])"));
   const AtlasLayout axes = some_axes()[0];
   EXPECT_EQ(reach_of_scene(scene, axes).value(), reach_of_scene(scene, axes).value());
-  const Result<CellSet> stopped = reach_of_scene(scene, axes, {[](double) { return false; }});
+  const Result<AtlasCells> stopped = reach_of_scene(scene, axes, {[](double) { return false; }});
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, interrupted_error().code);
 }
@@ -210,7 +210,7 @@ TEST(SceneReach, IsTheSameForAnyNumberOfThreadsAndCanBeStopped) {
 TEST(SceneReach, IsRefusedWhereNothingIsSeenOrLit) {
   for (const std::string light :
        {R"("lights": [{"direction": [0, -1, 0]}])", R"("lights": [{"position": [0, -2, 0]}])"}) {
-    const Result<CellSet> cells = reach_of_scene(scene_of(scene_text(kFloor, light)), some_axes()[0]);
+    const Result<AtlasCells> cells = reach_of_scene(scene_of(scene_text(kFloor, light)), some_axes()[0]);
     ASSERT_FALSE(cells) << light;
     EXPECT_THAT(cells.error().message, HasSubstr("no place that a camera sees"));
   }

@@ -68,7 +68,7 @@ struct Needed {
 /// Errors are those of the file that the command names.
 [[nodiscard]] Result<Needed> read_needed(const AtlasCommand& command);
 /// The cells of an atlas of slices on this lattice that are needed.
-[[nodiscard]] Result<CellSet> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress);
+[[nodiscard]] Result<AtlasCells> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress);
 
 /// All files, or none: each is complete before the first gets its name.
 [[nodiscard]] Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents);

@@ -71,10 +71,10 @@ Result<Needed> read_needed(const AtlasCommand& command) {
   return needed;
 }
 
-Result<CellSet> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress) {
+Result<AtlasCells> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress) {
   const AtlasLayout axes = atlas_axes(lattice);
   if (needed.scene) return reach_of_scene(*needed.scene, axes, progress);
-  if (!needed.theta_max_deg && needed.pairs.empty()) return CellSet();
+  if (!needed.theta_max_deg && needed.pairs.empty()) return AtlasCells();
   Reach reach(axes);
   if (needed.theta_max_deg) reach.add_up_to(*needed.theta_max_deg);
   for (const DirectionPair& pair : needed.pairs) reach.add(pair, 0);

@@ -46,7 +46,7 @@ Atlas bake(const FrameSpec& spec, DomainKind domain, bool blocks, TexelRange ran
   const AtlasLayout axes = atlas_axes(sampled.lattice);
   Reach reach(axes);
   reach.add_up_to(theta_max_deg);
-  const CellSet cells = theta_max_deg > 0 ? reach.cells() : CellSet();
+  const AtlasCells cells = theta_max_deg > 0 ? reach.cells() : AtlasCells();
   Atlas atlas =
       bake_atlas(sampled.sliced, sampled.lattice, {.tolerance = 0.05, .blocks = blocks, .cells = cells}).value();
   use_range(atlas, range);

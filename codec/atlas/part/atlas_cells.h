@@ -14,13 +14,13 @@ namespace sbrdf::internal {
 using AtlasCell = std::array<std::size_t, kAxisCount>;
 
 /// Cells of an atlas' axes: those that it holds. As it is made, empty, it stands for all of them.
-class CellSet {
+class AtlasCells {
  public:
   using Counts = std::array<std::uint32_t, kAxisCount>;
 
-  CellSet() = default;
+  AtlasCells() = default;
   /// None yet, of so many along each axis.
-  explicit CellSet(const Counts& counts) : counts_(counts), flags_(cell_count(counts)) {}
+  explicit AtlasCells(const Counts& counts) : counts_(counts), flags_(cell_count(counts)) {}
 
   [[nodiscard]] static std::uint64_t cell_count(const Counts& counts) {
     return std::uint64_t{counts[0]} * counts[1] * counts[2] * counts[3];
@@ -38,7 +38,7 @@ class CellSet {
   void add(const AtlasCell& cell) { flags_[index(cell)] = true; }
   void add_number(std::size_t number) { flags_[number] = true; }
   /// All that the other one has, of the same counts.
-  void add_all(const CellSet& other) {
+  void add_all(const AtlasCells& other) {
     for (std::size_t k = 0; k < flags_.size(); ++k) flags_[k] = flags_[k] || other.flags_[k];
   }
 
@@ -54,7 +54,7 @@ class CellSet {
     }
   }
 
-  bool operator==(const CellSet&) const = default;
+  bool operator==(const AtlasCells&) const = default;
 
  private:
   [[nodiscard]] std::size_t index(const AtlasCell& cell) const {
