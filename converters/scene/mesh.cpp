@@ -17,11 +17,28 @@
 #define TINYOBJLOADER_USE_DOUBLE
 #include <tiny_obj_loader.h>
 
+#include "formats/core/text_lines.h"
+
 namespace sbrdf::internal {
 namespace {
 
 using Numbers = std::vector<tinyobj::real_t>;
 using Corners = std::array<tinyobj::index_t, 3>;
+
+/// The reader takes what is no number for 0.
+Status check_numbers(std::string_view text) {
+  LineWalker lines(text);
+  std::vector<std::string_view> fields;
+  while (const std::optional<TextLine> line = lines.next()) {
+    split_fields(line->text, Separator::kBlanks, fields);
+    if (fields.empty() || (fields[0] != "v" && fields[0] != "vn" && fields[0] != "vt")) continue;
+    for (std::size_t k = 1; k < fields.size(); ++k) {
+      if (read_field(fields[k]).kind == FieldNumber::Kind::kFinite) continue;
+      return invalid_file(fmt::format("line {}: '{}' is no finite number", line->number, field_text(fields[k])));
+    }
+  }
+  return ok_status();
+}
 
 /// `size` numbers of a list; nothing where the index is of none, or one is not finite.
 std::optional<glm::dvec3> entry(const Numbers& numbers, int index, std::size_t size) {
@@ -89,6 +106,7 @@ Status add_polygons(const tinyobj::attrib_t& attributes, const tinyobj::mesh_t& 
 }  // namespace
 
 Result<std::vector<Patch>> read_obj(std::string_view text) {
+  if (Status sound = check_numbers(text); !sound) return sound.error();
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;

@@ -21,7 +21,7 @@ constexpr double kPiece = 1.5;  // degrees from the middle of a piece to its cor
 constexpr double kBent = 1.2;   // how much more they may turn between corner and corner
 constexpr int kMostSplits = 9;
 constexpr std::size_t kMostPieces = std::size_t{1} << 20U;
-constexpr double kBin = 2;  // degrees: places that are seen alike count once
+constexpr double kBin = 3;  // degrees: places that are seen alike count once
 
 /// A piece of a surface that a camera sees: how, and how far directions in its frame turn on it [degrees].
 struct Piece {
@@ -168,6 +168,10 @@ class SceneReach {
     std::set<Key> keys;
     std::vector<Piece> kept;
     for (Piece& piece : pieces) {
+      // Under light from everywhere an isotropic material does not tell azimuths of the view apart.
+      if (!with_frame && axes_.symmetries.isotropic) {
+        piece.view = {std::hypot(piece.view.x, piece.view.y), 0, piece.view.z};
+      }
       if (!keys.insert(key_of(piece, with_frame)).second) continue;
       piece.turned += kBin;
       kept.push_back(piece);

@@ -14,6 +14,7 @@
 #include "codec/atlas/bake.h"
 #include "codec/atlas/part/reach.h"
 #include "codec/atlas/shader.h"
+#include "codec/evaluation/evaluator.h"
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
@@ -180,10 +181,12 @@ TEST(PartOfAtlas, HasTheValuesOfTheWholeWhereItHoldsCellsAndElseTheColour) {
   for (const FrameSpec& spec : frames()) {
     const SampledBrdf made = sampled(spec);
     for (const bool blocks : {false, true}) {
-      const Atlas whole = bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks}).value();
+      const Atlas whole =
+          bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks, .dense = blocks}).value();
       const AtlasCells cells = some_cells(whole.layout, blocks ? 1 : 6, random);
       const Atlas part =
-          bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks, .cells = cells}).value();
+          bake_atlas(made.sliced, made.lattice, {.tolerance = 0.02, .blocks = blocks, .dense = blocks, .cells = cells})
+              .value();
       EXPECT_LE(part.texels.size(), whole.texels.size() + 48 * std::size_t{whole.layout.width});
       const AtlasEvaluator of_whole(whole);
       const AtlasEvaluator of_part(part);
@@ -202,6 +205,36 @@ TEST(PartOfAtlas, HasTheValuesOfTheWholeWhereItHoldsCellsAndElseTheColour) {
       }
     }
   }
+}
+
+TEST(DenseAtlas, IsOneTableAsNearToTheSlicesAsItsToleranceSays) {
+  std::mt19937_64 random(10);
+  for (const FrameSpec& spec : {frames()[6], frames()[7]}) {
+    const SampledBrdf made = sampled(spec);
+    const Evaluator slices(made.sliced, made.lattice);
+    double before = 1;
+    for (const double tolerance : {0.03, 0.003}) {
+      const Atlas dense = bake_atlas(made.sliced, made.lattice, {.tolerance = tolerance, .dense = true}).value();
+      ASSERT_EQ(dense.layout.tables.size(), 1U);
+      const AtlasEvaluator evaluator(dense);
+      double mean = 0;
+      constexpr int kPairs = 2000;
+      for (int k = 0; k < kPairs; ++k) {
+        const DirectionPair pair = random_pair(random);
+        Rgb expected{};
+        Rgb values{};
+        slices.evaluate(pair, expected);
+        evaluator.evaluate(pair, values);
+        for (std::size_t c = 0; c < 3; ++c) mean += std::abs(values[c] - expected[c]) / expected[c] / (3 * kPairs);
+      }
+      EXPECT_LE(mean, 3 * tolerance);
+      EXPECT_LT(mean, 0.7 * before);
+      before = mean;
+    }
+  }
+  const SampledBrdf other = sampled(frames()[3]);
+  EXPECT_EQ(dense_axis(other.lattice), std::nullopt);
+  EXPECT_GT(bake_atlas(other.sliced, other.lattice, {.dense = true}).value().layout.tables.size(), 1U);
 }
 
 TEST(PartOfAtlas, OfAllCellsIsTheWhole) {

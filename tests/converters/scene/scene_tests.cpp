@@ -232,7 +232,7 @@ TEST(SceneFile, IsRefusedWithTheMemberThatIsWrong) {
   EXPECT_THAT(error_of(scene_text("", sun)), HasSubstr("'objects'"));
   EXPECT_THAT(error_of(scene_text(kFloor, R"("lights": [{"direction": [0, 0, 0]}])")),
               HasSubstr("'direction' is no direction"));
-  EXPECT_THAT(error_of(scene_text(kFloor, R"("lights": [{"direction": [0, 0, 1e999]}])")), HasSubstr("'direction'"));
+  EXPECT_THAT(error_of(scene_text(kFloor, R"("lights": [{"direction": [0, 0, 1e39]}])")), HasSubstr("'direction'"));
   EXPECT_THAT(error_of(scene_text(kFloor, R"("lights": [{"position": [0, 0]}])")), HasSubstr("'position'"));
   EXPECT_THAT(error_of(scene_text(R"({"shape": "cube"})", sun)), HasSubstr("'shape' is neither"));
   EXPECT_THAT(error_of(scene_text(R"({"shape": "sphere", "center": [0, 0, 0], "radius": -1})", sun)),
@@ -255,8 +255,8 @@ TEST(ObjMesh, IsRefusedWhereItIsNone) {
                                  "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n",
                                  "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9 -8 -7\n", "f 1 2 3\n"}) {
     const Result<std::vector<Patch>> patches = read_obj(text);
-    EXPECT_FALSE(patches) << text;
-    if (!patches) EXPECT_EQ(patches.error().code, ErrorCode::kInvalidFile) << text;
+    ASSERT_FALSE(patches) << text;
+    EXPECT_EQ(patches.error().code, ErrorCode::kInvalidFile) << text;
   }
   const Result<std::vector<Patch>> patches = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
   ASSERT_TRUE(patches);

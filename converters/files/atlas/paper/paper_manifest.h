@@ -20,9 +20,9 @@ inline constexpr std::string_view kPaperLayout = "paper";
 struct PaperFiles {
   std::array<std::string, kPaperTextureCount> names;      ///< in the folder of the manifest
   std::array<std::uint64_t, kPaperTextureCount> bytes{};  ///< of the files
+  TexelFormat texel = TexelFormat::kRgb32f;               ///< of all four
   /// Of their texels, as AtlasFiles::texels_crc32.
-  std::array<std::optional<std::uint32_t>, kPaperTextureCount> texels_crc32{};
-  TexelFormat texel = TexelFormat::kRgb32f;  ///< of all four
+  std::array<std::optional<std::uint32_t>, kPaperTextureCount> texels_crc32 = {};
 };
 
 /// The text of a manifest; `more` as of emit_manifest.
