@@ -26,7 +26,7 @@
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
 #include "tests/support/analytic_brdf.h"
-#include "tests/support/in_folder.h"
+#include "tests/converters/in_folder.h"
 #include "tests/support/sampled_brdf.h"
 
 namespace sbrdf::internal {

@@ -11,6 +11,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
 #include "codec/atlas/shader.h"
 #include "converters/files/atlas/make_atlas.h"
@@ -92,6 +93,17 @@ std::vector<float> draw(GlContext& context, const MadeAtlas& made, const Picture
   return values ? *values : std::vector<float>();
 }
 
+std::vector<float> evaluate(const MadeAtlas& made, const Picture& picture) {
+  const AtlasEvaluator evaluator(made.atlas);
+  std::vector<float> values(picture.inputs.size() / 8 * 3);
+  for (std::size_t k = 0; k < values.size() / 3; ++k) {
+    const float* const w = picture.inputs.data() + 8 * k;
+    const DirectionPair pair = {direction_from_vector({w[0], w[1], w[2]}), direction_from_vector({w[4], w[5], w[6]})};
+    evaluator.evaluate(pair, std::span<float, 3>(values.data() + 3 * k, 3));
+  }
+  return values;
+}
+
 /// Light from all of a pixel's directions, as 8 bits of a square root.
 std::vector<int> bytes_of_pixels(const std::vector<float>& values, std::size_t pixels) {
   std::vector<int> bytes;
@@ -157,9 +169,18 @@ TEST_P(ShaderOfScene, DrawsTheSamePictureAndShowsWhereACameraFromOutsideLooks) {
     EXPECT_EQ(count_left_out(values), 0U);
     const std::vector<int> wanted = bytes_of_pixels(expected, picture.pixels);
     const std::vector<int> drawn = bytes_of_pixels(values, picture.pixels);
+    // Places on textures of other sizes are rounded otherwise in single precision, and some bytes with them.
     int most = 0;
-    for (std::size_t k = 0; k < wanted.size(); ++k) most = std::max(most, std::abs(wanted[k] - drawn[k]));
-    EXPECT_EQ(most, 0);
+    std::size_t differ = 0;
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      most = std::max(most, std::abs(wanted[k] - drawn[k]));
+      differ += wanted[k] != drawn[k] ? 1U : 0U;
+    }
+    EXPECT_LE(most, 1);
+    EXPECT_LE(static_cast<double>(differ), 0.002 * static_cast<double>(wanted.size()));
+    // The evaluators, which know places to double precision, draw the same picture.
+    EXPECT_EQ(bytes_of_pixels(evaluate(part, picture), picture.pixels),
+              bytes_of_pixels(evaluate(whole, picture), picture.pixels));
     EXPECT_GT(*std::max_element(wanted.begin(), wanted.end()), 20) << "the picture shows something";
 
     // From above, where the scene's camera never is.
@@ -171,9 +192,6 @@ TEST_P(ShaderOfScene, DrawsTheSamePictureAndShowsWhereACameraFromOutsideLooks) {
     const Picture from_above = picture_of(outside);
     EXPECT_EQ(count_left_out(draw(context, whole, from_above)), 0U);
     EXPECT_GT(count_left_out(draw(context, part, from_above)), from_above.pixels);
-    std::printf("texels %u of %u: %.1f %%\n", part.texture.width * part.texture.height,
-                whole.texture.width * whole.texture.height,
-                100.0 * part.texture.width * part.texture.height / whole.texture.width / whole.texture.height);
   }
 }
 
