@@ -42,6 +42,10 @@ AtlasCell cell_of(const AtlasLayout& layout, const Coordinates& folded) {
   return cell;
 }
 
+AtlasCell cell_of(const AtlasLayout& layout, const DirectionPair& pair) {
+  return cell_of(layout, fold_coordinates(layout, geometry(layout.frame).coordinates(pair)));
+}
+
 Coordinates fold_coordinates(const AtlasLayout& layout, Coordinates x) {
   const Symmetries& symmetries = layout.symmetries;
   const bool half = layout.frame == FrameId::kHalfDifference;

@@ -45,8 +45,6 @@ struct AtlasTile {
   std::uint32_t x = 0, y = 0;           ///< of the first texel that is there
   std::uint32_t width = 0, height = 0;  ///< [texels], padding included; 0 where nothing is held
   std::uint32_t first_column = 0, first_row = 0;
-
-  bool operator==(const AtlasTile&) const = default;
 };
 
 /// The slices along one axis. A tile holds those of all nodes of the axis `across` one below the other, one texel row
@@ -129,6 +127,8 @@ inline constexpr std::array<float, 3> kLeftOutColour = {1, 0, 1};
 [[nodiscard]] AtlasCells::Counts cell_counts(const AtlasLayout& layout);
 /// The cell of coordinates that have been folded.
 [[nodiscard]] AtlasCell cell_of(const AtlasLayout& layout, const Coordinates& folded);
+/// The cell of a pair above the horizon.
+[[nodiscard]] AtlasCell cell_of(const AtlasLayout& layout, const DirectionPair& pair);
 
 /// The cell of an axis that holds a coordinate (which is kept among the nodes), how far in it lies, and where on the
 /// texels of the axis.

@@ -19,8 +19,7 @@ void AtlasEvaluator::evaluate(const DirectionPair& pair, std::span<float, 3> val
 
 bool AtlasEvaluator::holds(const DirectionPair& pair) const {
   const AtlasLayout& layout = atlas_.layout;
-  if (layout.cells.is_everything()) return true;
-  return layout.cells.has(cell_of(layout, fold_coordinates(layout, geometry(layout.frame).coordinates(pair))));
+  return layout.cells.is_everything() || layout.cells.has(cell_of(layout, pair));
 }
 
 void AtlasEvaluator::evaluate_at(const Coordinates& x, std::span<float, 3> values) const {

@@ -163,16 +163,6 @@ class Benchmark {
   Shader baseline_;
 };
 
-SliceOptions paper_options() {
-  SliceOptions options;
-  options.stop = SampleCount{8911};
-  options.structure = Placement{14, 36};
-  options.domain = DomainKind::kLog;
-  options.fit_values = false;
-  options.precision = 0.001;
-  return options;
-}
-
 SliceOptions searched_options(FrameId frame, bool use_mirrors) {
   SliceOptions options;
   options.stop = SampleCount{1500};

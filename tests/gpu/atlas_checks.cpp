@@ -49,6 +49,16 @@ Pairs draw_pairs(std::size_t count) {
   return pairs;
 }
 
+SliceOptions paper_options() {
+  SliceOptions options;
+  options.stop = SampleCount{8911};
+  options.structure = Placement{14, 36};
+  options.domain = DomainKind::kLog;
+  options.fit_values = false;
+  options.precision = 0.001;
+  return options;
+}
+
 Result<DecodedSliced> sliced_of(const BrdfSource& source, const SliceOptions& options) {
   Result<Slicing> slicing = slice_source(source, options);
   if (!slicing) return slicing.error();

@@ -23,6 +23,9 @@ struct Pairs {
 /// a plane of symmetry; always the same.
 [[nodiscard]] Pairs draw_pairs(std::size_t count);
 
+/// How the paper samples: 8,911 samples at 14/36 in the elevation frame, here of logarithms, as they are measured.
+[[nodiscard]] SliceOptions paper_options();
+
 /// The slices that slice_source makes, in the form of a file that was read.
 [[nodiscard]] Result<DecodedSliced> sliced_of(const BrdfSource& source, const SliceOptions& options);
 

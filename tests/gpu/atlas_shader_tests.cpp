@@ -55,16 +55,6 @@ void expect_shader_agrees(GlContext& context, const std::string& name, const Dec
 const std::vector<std::string> kKurt = {"Brushed alum", "Purple satin", "Red velvet", "Yellow satin", "fabric002",
                                         "fabric041",    "fabric112",    "fabric135",  "fabric139",    "wood01"};
 
-SliceOptions elevation_options() {
-  SliceOptions options;
-  options.stop = SampleCount{8911};
-  options.structure = Placement{14, 36};
-  options.domain = DomainKind::kLog;
-  options.fit_values = false;
-  options.precision = 0.001;
-  return options;
-}
-
 class ShaderOfAtlas : public testing::TestWithParam<GlApi> {};
 INSTANTIATE_TEST_SUITE_P(Languages, ShaderOfAtlas, testing::Values(GlApi::kCore45, GlApi::kEs30));
 
@@ -74,7 +64,7 @@ TEST_P(ShaderOfAtlas, AgreesInTheElevationFrame) {
     const auto source = make_kurt_source(kurt_material(kKurt[k]).value());
     // One scale for all tiles, and one for each.
     const TexelFormat texel = k % 2 == 0 ? TexelFormat::kRgb32f : TexelFormat::kE5b9g9r9;
-    expect_shader_agrees(context, kKurt[k], slices_or_throw(*source, elevation_options()), *source, texel);
+    expect_shader_agrees(context, kKurt[k], slices_or_throw(*source, paper_options()), *source, texel);
   }
 }
 
@@ -113,7 +103,7 @@ TEST(ShaderText, CompilesInAllLanguages) {
   half.stop = SampleCount{1000};
   half.structure = SearchedStructure{.frame = FrameId::kHalfDifference, .evaluations = 20};
   const auto source = make_kurt_source(kurt_material("fabric112").value());
-  for (const SliceOptions& options : {elevation_options(), half}) {
+  for (const SliceOptions& options : {paper_options(), half}) {
     const DecodedSliced sliced = slices_or_throw(*source, options);
     const Result<MadeAtlas> made =
         make_atlas(sliced, *source, {.texel = TexelFormat::kE5b9g9r9, .max_error_percent = 3});

@@ -30,7 +30,7 @@ Result<AtlasJudge> AtlasJudge::make(const DecodedSliced& sliced, const BrdfSourc
   if (!cells.is_everything()) {
     wanted.measured = [&](std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) {
       for (std::size_t k = 0; k < pairs.size(); ++k) {
-        flags[k] = cells.has(cell_of(axes, fold_coordinates(axes, geometry(axes.frame).coordinates(pairs[k])))) ? 1 : 0;
+        flags[k] = cells.has(cell_of(axes, pairs[k])) ? 1 : 0;
       }
     };
   }

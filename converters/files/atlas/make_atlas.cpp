@@ -59,11 +59,14 @@ class Maker {
       if (!made && !best && dense == kinds.back()) return made.error();
       if (made && (!best || is_better(*made, *best))) best = *std::move(made);
     }
+    best->texels_of_all = texels_of_all(best->atlas.layout);
     // Only the one that is kept is worth a long search for its blocks.
     if (texel_block(options_.texel).side == 1 || options_.fast) return *std::move(best);
     Result<MadeAtlas> made =
         attempt(best->atlas.layout.dense_along.has_value(), best->tolerance, kAnyNumber, Bc6hSpeed::kThorough, *judge);
-    if (made) made->reached = error_of(*made) <= options_.max_error_percent;
+    if (!made) return made.error();
+    made->reached = error_of(*made) <= options_.max_error_percent;
+    made->texels_of_all = best->texels_of_all;
     return made;
   }
 
@@ -134,16 +137,15 @@ class Maker {
     const AtlasEvaluator evaluator(made.atlas);
     const AtlasJudge::Errors errors =
         judge.errors([&](const DirectionPair& pair, std::span<float, 3> rgb) { evaluator.evaluate(pair, rgb); });
-    made.texels_of_all = texels_of_all(layout, bake.most_side);
     made.errors = errors.to_slices;
     made.of_source = errors.to_source;
     return made;
   }
 
   /// 0 where no texture holds them.
-  static std::uint64_t texels_of_all(AtlasLayout layout, std::uint32_t most_side) {
+  static std::uint64_t texels_of_all(AtlasLayout layout) {
     layout.cells = {};
-    if (!lay_out(layout, most_side)) return 0;
+    if (!lay_out(layout, BakeOptions().most_side)) return 0;
     return std::uint64_t{layout.width} * layout.height;
   }
 

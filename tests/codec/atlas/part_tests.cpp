@@ -71,10 +71,6 @@ Direction near(const Direction& direction, double degrees, std::mt19937_64& rand
   return direction_from_vector(moved);
 }
 
-AtlasCell cell_of_pair(const AtlasLayout& axes, const DirectionPair& pair) {
-  return cell_of(axes, fold_coordinates(axes, geometry(axes.frame).coordinates(pair)));
-}
-
 TEST(Reach, HasTheCellsOfAllPairsNearBy) {
   std::mt19937_64 random(4);
   for (const FrameSpec& spec : frames()) {
@@ -86,7 +82,7 @@ TEST(Reach, HasTheCellsOfAllPairsNearBy) {
         reach.add(pair, margin);
         for (int n = 0; n < 200; ++n) {
           const DirectionPair moved = {near(pair.i, margin, random), near(pair.v, margin, random)};
-          ASSERT_TRUE(reach.cells().has(cell_of_pair(axes, moved)))
+          ASSERT_TRUE(reach.cells().has(cell_of(axes, moved)))
               << geometry(axes.frame).name() << ", margin " << margin << ", "
               << testing::PrintToString(axes.axes[0].nodes_deg);
         }
@@ -108,7 +104,7 @@ TEST(Reach, OfOnePairIsItsCellAndHardlyMore) {
                                   direction_from_degrees(theta(random), phi(random))};
       Reach reach(axes);
       reach.add(pair, 0);
-      EXPECT_TRUE(reach.cells().has(cell_of_pair(axes, pair)));
+      EXPECT_TRUE(reach.cells().has(cell_of(axes, pair)));
       cells += reach.cells().size();
     }
     EXPECT_LE(cells, kPairs + kPairs / 20);
@@ -145,7 +141,7 @@ TEST(Reach, UpToAThetaMaxHasAllCellsWithSuchPairsAndNoOthers) {
       for (int k = 0; k < 3000; ++k) {
         const DirectionPair pair = {direction_from_degrees(theta(random), phi(random)),
                                     direction_from_degrees(theta(random), phi(random))};
-        ASSERT_TRUE(reach.cells().has(cell_of_pair(axes, pair))) << theta_max;
+        ASSERT_TRUE(reach.cells().has(cell_of(axes, pair))) << theta_max;
       }
       EXPECT_GE(reach.cells().size(), before);
       before = reach.cells().size();
@@ -196,7 +192,7 @@ TEST(PartOfAtlas, HasTheValuesOfTheWholeWhereItHoldsCellsAndElseTheColour) {
         Rgb values{};
         of_whole.evaluate(pair, expected);
         of_part.evaluate(pair, values);
-        ASSERT_EQ(of_part.holds(pair), cells.has(cell_of_pair(part.layout, pair)));
+        ASSERT_EQ(of_part.holds(pair), cells.has(cell_of(part.layout, pair)));
         if (!of_part.holds(pair)) {
           ASSERT_EQ(values, kLeftOutColour);
           continue;

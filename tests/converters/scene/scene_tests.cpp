@@ -64,7 +64,7 @@ bool is_reached(const AtlasCells& cells, const AtlasLayout& axes, const SurfaceP
   const glm::dvec3 w_i = point.local(glm::normalize(to_light));
   if (w_v.z < 0 || w_i.z < 0) return true;  // not seen, or not lit
   const DirectionPair pair = {direction_from_vector(w_i), direction_from_vector(w_v)};
-  return cells.has(cell_of(axes, fold_coordinates(axes, geometry(axes.frame).coordinates(pair))));
+  return cells.has(cell_of(axes, pair));
 }
 
 /// The place that a pixel of the camera sees; false where it sees nothing.

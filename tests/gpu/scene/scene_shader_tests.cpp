@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <glm/geometric.hpp>
@@ -20,6 +18,7 @@
 #include "converters/scene/scene_reach.h"
 #include "converters/slicing/slicing.h"
 #include "formats/core/byte_source.h"
+#include "tests/gpu/atlas_checks.h"
 #include "tests/gpu/gl_harness.h"
 
 namespace sbrdf::internal {
@@ -39,7 +38,7 @@ const char* const kScene = R"({
 
 /// What is evaluated for a picture: pairs of directions, kSkyDirections for each pixel that sees the floor.
 struct Picture {
-  std::vector<float> inputs;
+  Pairs pairs;
   std::size_t pixels = 0;
 };
 
@@ -68,10 +67,8 @@ Picture picture_of(const SceneCamera& camera) {
         const int cell = (k * 37 + x * 11 + y * 5) % 81;
         const glm::dvec3 w_i =
             point.local(sky.direction(static_cast<std::uint32_t>(cell % 18), static_cast<std::uint32_t>(cell / 18)));
-        for (const glm::dvec3& w : {w_i, w_v}) {
-          picture.inputs.insert(picture.inputs.end(),
-                                {static_cast<float>(w.x), static_cast<float>(w.y), static_cast<float>(w.z), 0.0F});
-        }
+        picture.pairs.i.emplace_back(w_i);
+        picture.pairs.v.emplace_back(w_v);
       }
     }
   }
@@ -79,26 +76,20 @@ Picture picture_of(const SceneCamera& camera) {
 }
 
 std::vector<float> draw(GlContext& context, const MadeAtlas& made, const Picture& picture) {
-  GlTexture texture;
-  texture.name = "sbrdf_atlas";
-  texture.format = GlFormat::kRgb32f;
-  texture.width = static_cast<int>(made.texture.width);
-  texture.height = static_cast<int>(made.texture.height);
-  texture.bytes.resize(made.texture.bytes.size());
-  std::memcpy(texture.bytes.data(), made.texture.bytes.data(), made.texture.bytes.size());
-  const std::string shader =
-      "#define SBRDF_DEBUG\n" + atlas_shader(made.atlas) + "\nvec3 run(vec3 a, vec3 b) { return sbrdf_eval(a, b); }\n";
-  const Result<std::vector<float>> values = context.evaluate(shader, std::span(&texture, 1), picture.inputs);
+  const GlTexture texture = texture_of(made.texture);
+  const std::string shader = "#define SBRDF_DEBUG\n" + atlas_shader(made.atlas);
+  const Result<std::vector<float>> values =
+      run_shader(context, shader, "sbrdf_eval", std::span(&texture, 1), picture.pairs);
   EXPECT_TRUE(values) << values.error().message;
   return values ? *values : std::vector<float>();
 }
 
 std::vector<float> evaluate(const MadeAtlas& made, const Picture& picture) {
   const AtlasEvaluator evaluator(made.atlas);
-  std::vector<float> values(picture.inputs.size() / 8 * 3);
-  for (std::size_t k = 0; k < values.size() / 3; ++k) {
-    const float* const w = picture.inputs.data() + 8 * k;
-    const DirectionPair pair = {direction_from_vector({w[0], w[1], w[2]}), direction_from_vector({w[4], w[5], w[6]})};
+  std::vector<float> values(picture.pairs.i.size() * 3);
+  for (std::size_t k = 0; k < picture.pairs.i.size(); ++k) {
+    const DirectionPair pair = {direction_from_vector(glm::dvec3(picture.pairs.i[k])),
+                                direction_from_vector(glm::dvec3(picture.pairs.v[k]))};
     evaluator.evaluate(pair, std::span<float, 3>(values.data() + 3 * k, 3));
   }
   return values;
@@ -125,15 +116,6 @@ std::size_t count_left_out(const std::vector<float>& values) {
   return count;
 }
 
-DecodedSliced fabric(const SliceOptions& options) {
-  Result<Slicing> slicing = slice_source(*make_kurt_source(kurt_material("fabric112").value()), options);
-  if (!slicing) throw std::runtime_error(slicing.error().message);
-  DecodedSliced decoded;
-  decoded.sliced = std::move(slicing->sliced);
-  decoded.lattice = std::move(slicing->lattice);
-  return decoded;
-}
-
 class ShaderOfScene : public testing::TestWithParam<GlApi> {};
 INSTANTIATE_TEST_SUITE_P(Languages, ShaderOfScene, testing::Values(GlApi::kCore45, GlApi::kEs30));
 
@@ -150,8 +132,8 @@ TEST_P(ShaderOfScene, DrawsTheSamePictureAndShowsWhereACameraFromOutsideLooks) {
   half.structure = SearchedStructure{.frame = FrameId::kHalfDifference, .evaluations = 10};
   half.fit_values = false;
   for (const SliceOptions& options : {elevation, half}) {
-    const DecodedSliced sliced = fabric(options);
     const auto source = make_kurt_source(kurt_material("fabric112").value());
+    const DecodedSliced sliced = sliced_of(*source, options).value();
     AtlasOptions atlas_options;
     atlas_options.texel = TexelFormat::kRgb32f;
     atlas_options.container = AtlasContainer::kExr;
