@@ -20,7 +20,7 @@ double median(std::vector<double> values) {
 }
 
 /// Opening and one evaluation. The contender's end does not count.
-Work first_value_work(const Prepared& prepared, const VectorPairs& pairs, std::vector<float>& values) {
+TimedWork first_value_work(const Prepared& prepared, const VectorPairs& pairs, std::vector<float>& values) {
   return {[&]() -> std::optional<double> {
             const auto start = std::chrono::steady_clock::now();
             const Result<std::unique_ptr<Contender>> opened = prepared.open();
@@ -135,8 +135,8 @@ Error in_context(const Error& error, const std::string& material, std::string_vi
   return placed;
 }
 
-Work evaluation_work(const Contender& contender, const VectorPairs& pairs, std::size_t batch,
-                     std::vector<float>& values) {
+TimedWork evaluation_work(const Contender& contender, const VectorPairs& pairs, std::size_t batch,
+                          std::vector<float>& values) {
   return {[&contender, &pairs, batch, &values]() -> std::optional<double> {
             const std::size_t channels = contender.channel_count();
             for (std::size_t first = 0; first < pairs.size(); first += batch) {
@@ -149,7 +149,7 @@ Work evaluation_work(const Contender& contender, const VectorPairs& pairs, std::
           Clock::kProcessor};
 }
 
-Work yardstick_work(const VectorPairs& pairs, std::vector<float>& values) {
+TimedWork yardstick_work(const VectorPairs& pairs, std::vector<float>& values) {
   static const TrilinearTable<double> kTable = make_yardstick();
   return {[&pairs, &values]() -> std::optional<double> {
             for (std::size_t k = 0; k < pairs.size(); ++k) {

@@ -96,10 +96,10 @@ struct BenchReport {
                                                             const VectorPairs& pairs, const Progress& progress);
 
 /// Work that evaluates `pairs` in calls of `batch` pairs each, into `values`. References must outlive it.
-[[nodiscard]] Work evaluation_work(const Contender& contender, const VectorPairs& pairs, std::size_t batch,
-                                   std::vector<float>& values);
+[[nodiscard]] TimedWork evaluation_work(const Contender& contender, const VectorPairs& pairs, std::size_t batch,
+                                        std::vector<float>& values);
 /// Work that looks them up in the yardstick.
-[[nodiscard]] Work yardstick_work(const VectorPairs& pairs, std::vector<float>& values);
+[[nodiscard]] TimedWork yardstick_work(const VectorPairs& pairs, std::vector<float>& values);
 
 /// "MATERIAL: METHOD, VARIANT: message".
 [[nodiscard]] Error in_context(const Error& error, const std::string& material, std::string_view method,

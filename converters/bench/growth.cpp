@@ -53,7 +53,7 @@ class Growth {
   Status along_batches_and_threads(const Method& method, const Progress& progress) {
     const auto contender = open(method, settings_.growth_batch_samples, progress);
     if (!contender) return contender.error();
-    std::vector<Work> works = {yardstick_work(pairs_, values_)};
+    std::vector<TimedWork> works = {yardstick_work(pairs_, values_)};
     for (const std::size_t batch : settings_.batches) {
       works.push_back(evaluation_work(**contender, pairs_, batch, values_));
     }
@@ -93,13 +93,13 @@ class Growth {
   }
 
   /// For one evaluation of each [ns].
-  [[nodiscard]] std::vector<double> times(std::span<const Work> works) const {
+  [[nodiscard]] std::vector<double> times(std::span<const TimedWork> works) const {
     std::vector<double> ns = median_seconds(works, settings_.timing);
     for (double& time : ns) time *= 1e9 / static_cast<double>(pairs_.size());
     return ns;
   }
 
-  Work threaded_work(const Contender& contender, std::size_t count) {
+  TimedWork threaded_work(const Contender& contender, std::size_t count) {
     return {[this, &contender, count]() -> std::optional<double> {
               const std::size_t channels = contender.channel_count();
               with_threads(count, [&] {

@@ -16,7 +16,7 @@ namespace {
 /// Keeps the times and prints nothing.
 class QuietReporter final : public benchmark::BenchmarkReporter {
  public:
-  explicit QuietReporter(std::span<const Work> works) : works_(works), times_(works.size()) {}
+  explicit QuietReporter(std::span<const TimedWork> works) : works_(works), times_(works.size()) {}
 
   bool ReportContext(const Context& /*context*/) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override {
@@ -40,7 +40,7 @@ class QuietReporter final : public benchmark::BenchmarkReporter {
   }
 
  private:
-  std::span<const Work> works_;
+  std::span<const TimedWork> works_;
   std::vector<std::vector<double>> times_;  ///< [s], of each work
 };
 
@@ -56,7 +56,7 @@ void set_up_once() {
   std::ignore = kDone;
 }
 
-void time_work(const Work& work, benchmark::State& state) {
+void time_work(const TimedWork& work, benchmark::State& state) {
   for (auto _ : state) {
     const std::optional<double> seconds = work.run();
     if (work.clock != Clock::kTold) continue;
@@ -75,10 +75,10 @@ std::uint64_t largest_cache_bytes() {
 
 }  // namespace
 
-std::vector<double> median_seconds(std::span<const Work> works, const TimingOptions& options) {
+std::vector<double> median_seconds(std::span<const TimedWork> works, const TimingOptions& options) {
   set_up_once();
   for (std::size_t k = 0; k < works.size(); ++k) {
-    const Work& work = works[k];
+    const TimedWork& work = works[k];
     auto* registered = benchmark::RegisterBenchmark(std::to_string(k).c_str(),
                                                     [&work](benchmark::State& state) { time_work(work, state); });
     registered->Repetitions(options.repetitions)->MinTime(options.least_seconds);
@@ -96,18 +96,18 @@ MemorySpeed measure_memory_speed(std::uint64_t least_bytes, const TimingOptions&
   const std::uint64_t bytes = std::clamp(4 * largest_cache_bytes(), least_bytes, std::max(least_bytes, kMost));
   std::vector<std::uint64_t> from(bytes / sizeof(std::uint64_t), 1);
   std::vector<std::uint64_t> to(from.size());
-  const std::array<Work, 2> works = {{{[&] {
-                                         benchmark::DoNotOptimize(
-                                             std::accumulate(from.begin(), from.end(), std::uint64_t{0}));
-                                         return std::nullopt;
-                                       },
-                                       Clock::kProcessor},
-                                      {[&] {
-                                         std::copy(from.begin(), from.end(), to.begin());
-                                         benchmark::ClobberMemory();
-                                         return std::nullopt;
-                                       },
-                                       Clock::kProcessor}}};
+  const std::array<TimedWork, 2> works = {{{[&] {
+                                              benchmark::DoNotOptimize(
+                                                  std::accumulate(from.begin(), from.end(), std::uint64_t{0}));
+                                              return std::nullopt;
+                                            },
+                                            Clock::kProcessor},
+                                           {[&] {
+                                              std::copy(from.begin(), from.end(), to.begin());
+                                              benchmark::ClobberMemory();
+                                              return std::nullopt;
+                                            },
+                                            Clock::kProcessor}}};
   const std::vector<double> seconds = median_seconds(works, options);
   const double gigabytes = 1e-9 * static_cast<double>(from.size() * sizeof(std::uint64_t));
   return {bytes, gigabytes / seconds[0], gigabytes / seconds[1]};

@@ -22,7 +22,7 @@ enum class Clock : std::uint8_t {
 };
 
 /// A piece of work; `run` does it once.
-struct Work {
+struct TimedWork {
   std::function<std::optional<double>()> run;
   Clock clock = Clock::kProcessor;
 };
@@ -34,7 +34,7 @@ struct TimingOptions {
 
 /// Median over the repetitions of the time that each work takes [s], in their order. Repetitions of all works are mixed
 /// at random, so that a machine that grows slower or faster does so for all of them. One call at a time in a process.
-[[nodiscard]] std::vector<double> median_seconds(std::span<const Work> works, const TimingOptions& options);
+[[nodiscard]] std::vector<double> median_seconds(std::span<const TimedWork> works, const TimingOptions& options);
 
 /// Arrays four times as large as the largest cache, and no smaller than `least_bytes`.
 [[nodiscard]] MemorySpeed measure_memory_speed(std::uint64_t least_bytes, const TimingOptions& options);

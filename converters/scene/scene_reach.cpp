@@ -10,7 +10,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "codec/atlas/part/reach.h"
+#include "codec/atlas/part/reached_cells.h"
 #include "formats/core/directions.h"
 #include "formats/core/parallel.h"
 
@@ -148,7 +148,7 @@ class SceneReach {
     ProgressCounter counter(progress, pieces.size());
     parallel_blocks(pieces.size(), kBlock, [&](std::size_t first, std::size_t size) {
       if (counter.stopped()) return;
-      Reach reach(axes_);
+      ReachedCells reach(axes_);
       for (std::size_t k = first; k < first + size && counter.advance(); ++k) add(pieces[k], reach);
       const std::scoped_lock lock(mutex_);
       found_.add_all(reach.cells());
@@ -179,7 +179,7 @@ class SceneReach {
     pieces = std::move(kept);
   }
 
-  void add(const Piece& piece, Reach& reach) const {
+  void add(const Piece& piece, ReachedCells& reach) const {
     const double margin = kBent * std::min(piece.turned, kPiece + kBin);
     const auto add_light = [&](const glm::dvec3& light, double spread) {
       if (degrees_between(light, {0, 0, 1}) <= 90 + margin + spread)

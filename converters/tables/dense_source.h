@@ -21,7 +21,7 @@ namespace sbrdf::internal {
 inline constexpr double kTableLargest = 1e38;
 
 /// How far the values of a table are good for anything, as in SourceTraits.
-struct Reach {
+struct MeasuredReach {
   double theta_max_deg = 90;
   double slice_theta_max_deg = 90;
   std::string beyond_theta_max;
@@ -31,7 +31,7 @@ struct Reach {
     return slice_theta_max_deg > 0 && slice_theta_max_deg <= theta_max_deg && theta_max_deg <= 90;
   }
 };
-[[nodiscard]] inline Reach reach_of(const SourceTraits& traits) {
+[[nodiscard]] inline MeasuredReach reach_of(const SourceTraits& traits) {
   return {traits.theta_max_deg, traits.slice_theta_max_deg, traits.beyond_theta_max};
 }
 
@@ -42,7 +42,7 @@ struct DenseDescription {
   std::vector<std::string> channels;       ///< as many as the table has
   std::shared_ptr<const ByteSource> file;  ///< for copies bit for bit; nullptr where options changed what it means
   ValuePolicy policy = {Negatives::kKeep, NonFinite::kUnmeasured};
-  Reach reach;                                  ///< where the file tells; the grid may say less
+  MeasuredReach reach;                          ///< where the file tells; the grid may say less
   std::vector<Finding> findings;                ///< what the reader saw, before those of the table
   std::string unmeasured = "nodes unmeasured";  ///< the finding on nodes that hold no number
 };

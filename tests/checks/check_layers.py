@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Refuses an include that points upwards, between layers or between the rooms of one, that does not start at the root of
-the tree, or that gives a layer below the tools a way to open files or to print; and a room that has grown too full.
+the tree, or that gives a layer below the tools a way to open files or to print; a room that has grown too full; and two
+types of one name, of which a program would take either.
 
 usage: check_layers.py ROOT | --self-test
 """
@@ -70,6 +71,10 @@ FILE_ROOM = "formats/os/"  # the one place below the tools that opens files
 OPENERS = ("converters/files/by_name.", "converters/api/", "tools/", "tests/")  # and who may use it
 FILES_AND_PRINTING = {"fcntl.h", "filesystem", "fstream", "iostream", "print", "unistd.h"}
 SUFFIXES = {".h", ".cpp", ".inc"}
+FRONT_DOOR = "converters/api/sbrdf/"  # a namespace of its own
+HIDDEN = re.compile(r"^namespace \{\n.*?^\}  // namespace$", re.MULTILINE | re.DOTALL)
+TYPE = re.compile(r"^(?:class|struct|enum class) (\w+)(?!\w*::)[^;\n]*\{$", re.MULTILINE)
+TAKEN = "struct Taken {\n};\n"  # what one header holds in the self-test
 
 
 def room_of(parts):
@@ -104,8 +109,20 @@ def check_include(root, path, bracket, target):
     return None
 
 
+def doubled_types(root):
+    """Types of one name in several files. No compiler or linker tells: a program takes any of them, destructors too."""
+    found = {}
+    for path in sorted(path for layer in LAYERS[:-1] for path in (root / layer).rglob("*")):
+        if path.suffix not in SUFFIXES or path.relative_to(root).as_posix().startswith(FRONT_DOOR):
+            continue
+        text = HIDDEN.sub("", path.read_text(encoding="utf-8"))
+        for match in TYPE.finditer(text):
+            found.setdefault(match.group(1), set()).add(path.relative_to(root).as_posix())
+    return [f"{', '.join(sorted(files))}: each has a type {name}" for name, files in found.items() if len(files) > 1]
+
+
 def violations(root):
-    found = []
+    found = doubled_types(root)
     for layer in LAYERS:
         for folder in sorted({path.parent for path in (root / layer).rglob("*") if path.is_file()}):
             room = room_of((*folder.relative_to(root).parts, "."))
@@ -129,6 +146,12 @@ def violations(root):
 
 def self_test():
     cases = [
+        ("codec/search/t.h", "struct Taken {\n};\n", True),
+        ("codec/search/t.h", "class Taken final : public Other {\n};\n", True),
+        ("codec/search/t.h", "struct Taken;\nstruct Outer {\n  struct Taken {\n  };\n};\n", False),
+        ("codec/search/t.cpp", "namespace {\nstruct Taken {\n};\n}  // namespace\n", False),
+        ("codec/search/t.cpp", "struct Taken::Inner {\n};\n", False),
+        ("tests/codec/t.cpp", "struct Taken {\n};\n", False),
         ("formats/core/a.cpp", '#include "codec/frame/b.h"\n', True),
         ("formats/core/a.cpp", '#include <vector>\n#include "formats/core/a.h"\n', False),
         ("formats/core/a.cpp", '#include "a.h"\n', True),
@@ -156,7 +179,7 @@ def self_test():
             root = pathlib.Path(folder)
             for path in [name, *headers]:
                 (root / path).parent.mkdir(parents=True, exist_ok=True)
-                (root / path).write_text(text if path == name else "")
+                (root / path).write_text(text if path == name else TAKEN if path == "formats/core/a.h" else "")
             assert bool(violations(root)) == refused, (name, text, violations(root))
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)

@@ -110,8 +110,8 @@ Result<std::vector<std::string>> parse_channels(const Json& json) {
 }
 
 /// Left out by what others write: 90 degrees.
-Result<Reach> parse_reach(const Json& json) {
-  Reach reach;
+Result<MeasuredReach> parse_reach(const Json& json) {
+  MeasuredReach reach;
   for (const auto& [name, angle] :
        {std::pair("theta_max", &reach.theta_max_deg), std::pair("slice_theta_max", &reach.slice_theta_max_deg)}) {
     const Json* entry = find(json, name);
@@ -175,7 +175,7 @@ Result<TableHead> parse_table_head(std::string_view text) {
   TableHead head;
   head.grid = *std::move(grid);
   head.channels = *std::move(channels);
-  Result<Reach> reach = parse_reach(json);
+  Result<MeasuredReach> reach = parse_reach(json);
   if (!reach) return reach.error();
   head.reach = *std::move(reach);
   // Numbers may have been saved as another type since; the file itself tells.

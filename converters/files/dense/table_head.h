@@ -23,7 +23,7 @@ struct TableHead {
   Grid grid;
   std::vector<std::string> channels;     ///< in the order of the values
   ValueType type = ValueType::kFloat32;  ///< of the numbers as they were written
-  Reach reach;                           ///< of the source that the table was made of
+  MeasuredReach reach;                   ///< of the source that the table was made of
   std::string report;                    ///< JSON, as report_json() makes it; empty: none
 };
 

@@ -12,7 +12,7 @@
 
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
-#include "codec/atlas/part/reach.h"
+#include "codec/atlas/part/reached_cells.h"
 #include "codec/atlas/shader.h"
 #include "codec/evaluation/evaluator.h"
 #include "tests/support/analytic_brdf.h"
@@ -41,7 +41,7 @@ std::vector<FrameSpec> frames() {
 AtlasLayout axes_of(const FrameSpec& spec) { return atlas_axes(build_lattice(spec).value()); }
 
 /// Uniform in theta, or near the normal, the horizon, or the mirror direction of the other.
-DirectionPair random_pair(std::mt19937_64& random) {
+DirectionPair pair_up_to(std::mt19937_64& random) {
   std::uniform_real_distribution<double> share(0, 1);
   const auto theta = [&] {
     const double kind = share(random);
@@ -71,14 +71,14 @@ Direction near(const Direction& direction, double degrees, std::mt19937_64& rand
   return direction_from_vector(moved);
 }
 
-TEST(Reach, HasTheCellsOfAllPairsNearBy) {
+TEST(ReachedCells, HasTheCellsOfAllPairsNearBy) {
   std::mt19937_64 random(4);
   for (const FrameSpec& spec : frames()) {
     const AtlasLayout axes = axes_of(spec);
     for (const double margin : {0.01, 1.0, 4.0}) {
       for (int k = 0; k < 60; ++k) {
-        const DirectionPair pair = random_pair(random);
-        Reach reach(axes);
+        const DirectionPair pair = pair_up_to(random);
+        ReachedCells reach(axes);
         reach.add(pair, margin);
         for (int n = 0; n < 200; ++n) {
           const DirectionPair moved = {near(pair.i, margin, random), near(pair.v, margin, random)};
@@ -91,7 +91,7 @@ TEST(Reach, HasTheCellsOfAllPairsNearBy) {
   }
 }
 
-TEST(Reach, OfOnePairIsItsCellAndHardlyMore) {
+TEST(ReachedCells, OfOnePairIsItsCellAndHardlyMore) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> theta(20, 60);
   std::uniform_real_distribution<double> phi(0, 360);
@@ -102,7 +102,7 @@ TEST(Reach, OfOnePairIsItsCellAndHardlyMore) {
     for (std::size_t k = 0; k < kPairs; ++k) {
       const DirectionPair pair = {direction_from_degrees(theta(random), phi(random)),
                                   direction_from_degrees(theta(random), phi(random))};
-      Reach reach(axes);
+      ReachedCells reach(axes);
       reach.add(pair, 0);
       EXPECT_TRUE(reach.cells().has(cell_of(axes, pair)));
       cells += reach.cells().size();
@@ -128,13 +128,13 @@ bool has_pair_up_to(const AtlasLayout& axes, const AtlasCell& cell, double theta
   return false;
 }
 
-TEST(Reach, UpToAThetaMaxHasAllCellsWithSuchPairsAndNoOthers) {
+TEST(ReachedCells, UpToAThetaMaxHasAllCellsWithSuchPairsAndNoOthers) {
   std::mt19937_64 random(6);
   for (const FrameSpec& spec : frames()) {
     const AtlasLayout axes = axes_of(spec);
     std::size_t before = 0;
     for (const double theta_max : {10.0, 30.0, 55.0, 90.0}) {
-      Reach reach(axes);
+      ReachedCells reach(axes);
       reach.add_up_to(theta_max);
       std::uniform_real_distribution<double> theta(0, theta_max);
       std::uniform_real_distribution<double> phi(0, 360);
@@ -167,8 +167,8 @@ SampledBrdf sampled(const FrameSpec& spec) {
 
 /// Cells about some pairs, at the pole or not.
 AtlasCells some_cells(const AtlasLayout& axes, int pairs, std::mt19937_64& random) {
-  Reach reach(axes);
-  for (int k = 0; k < pairs; ++k) reach.add(random_pair(random), 2);
+  ReachedCells reach(axes);
+  for (int k = 0; k < pairs; ++k) reach.add(pair_up_to(random), 2);
   return reach.cells();
 }
 
@@ -187,7 +187,7 @@ TEST(PartOfAtlas, HasTheValuesOfTheWholeWhereItHoldsCellsAndElseTheColour) {
       const AtlasEvaluator of_whole(whole);
       const AtlasEvaluator of_part(part);
       for (int k = 0; k < 3000; ++k) {
-        const DirectionPair pair = random_pair(random);
+        const DirectionPair pair = pair_up_to(random);
         Rgb expected{};
         Rgb values{};
         of_whole.evaluate(pair, expected);
@@ -216,7 +216,7 @@ TEST(DenseAtlas, IsOneTableAsNearToTheSlicesAsItsToleranceSays) {
       double mean = 0;
       constexpr int kPairs = 2000;
       for (int k = 0; k < kPairs; ++k) {
-        const DirectionPair pair = random_pair(random);
+        const DirectionPair pair = pair_up_to(random);
         Rgb expected{};
         Rgb values{};
         slices.evaluate(pair, expected);
@@ -237,7 +237,7 @@ TEST(PartOfAtlas, OfAllCellsIsTheWhole) {
   const SampledBrdf made = sampled(frames()[3]);
   const Atlas whole = bake_atlas(made.sliced, made.lattice).value();
   EXPECT_TRUE(whole.layout.cells.is_everything());
-  Reach reach(whole.layout);
+  ReachedCells reach(whole.layout);
   reach.add_up_to(90);
   const Atlas part = bake_atlas(made.sliced, made.lattice, {.cells = reach.cells()}).value();
   std::size_t texels = 0;
@@ -280,7 +280,7 @@ TEST(PartOfAtlas, IsRefusedForNoCellsAndForCellsOfOtherAxes) {
   const Result<Atlas> none = bake_atlas(made.sliced, made.lattice, {.cells = AtlasCells(cell_counts(axes))});
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error().code, ErrorCode::kUsage);
-  Reach other(atlas_axes(build_lattice(frames()[2]).value()));
+  ReachedCells other(atlas_axes(build_lattice(frames()[2]).value()));
   other.add_up_to(90);
   const Result<Atlas> wrong = bake_atlas(made.sliced, made.lattice, {.cells = other.cells()});
   ASSERT_FALSE(wrong);

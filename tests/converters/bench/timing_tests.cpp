@@ -14,14 +14,14 @@ namespace {
 TEST(BenchTiming, TakesTheMedianOfWhatWorkTells) {
   int call = 0;
   const std::array<double, 3> told = {7, 1, 3};  // so long that one call is enough for a repetition
-  const Work work = {[&]() -> std::optional<double> { return told.at(static_cast<std::size_t>(call++) % 3); },
-                     Clock::kTold};
+  const TimedWork work = {[&]() -> std::optional<double> { return told.at(static_cast<std::size_t>(call++) % 3); },
+                          Clock::kTold};
   EXPECT_EQ(median_seconds(std::span(&work, 1), {3, 1e-3}), std::vector<double>{3});
   EXPECT_EQ(call, 3);
 }
 
 TEST(BenchTiming, KeepsTheOrderOfTheWorksHoweverTheyAreMixed) {
-  std::vector<Work> works;
+  std::vector<TimedWork> works;
   for (int k = 0; k < 12; ++k) {
     works.push_back({[k]() -> std::optional<double> { return 1.0 + k; }, Clock::kTold});
   }
@@ -33,8 +33,9 @@ TEST(BenchTiming, KeepsTheOrderOfTheWorksHoweverTheyAreMixed) {
 TEST(BenchTiming, GivesUpWorkThatTellsNothing) {
   int calls = 0;
   const std::array works = {
-      Work{[&]() -> std::optional<double> { return ++calls < 3 ? std::optional(1.0) : std::nullopt; }, Clock::kTold},
-      Work{[&]() -> std::optional<double> { return std::nullopt; }, Clock::kTold}};
+      TimedWork{[&]() -> std::optional<double> { return ++calls < 3 ? std::optional(1.0) : std::nullopt; },
+                Clock::kTold},
+      TimedWork{[&]() -> std::optional<double> { return std::nullopt; }, Clock::kTold}};
   const std::vector<double> seconds = median_seconds(works, {5, 10.0});
   EXPECT_LT(calls, 20);
   EXPECT_EQ(seconds, (std::vector<double>{0, 0}));
@@ -42,7 +43,7 @@ TEST(BenchTiming, GivesUpWorkThatTellsNothing) {
 
 TEST(BenchTiming, TellsWorkFromTenTimesAsMuch) {
   const auto spin = [](int rounds) {
-    return Work{[rounds]() -> std::optional<double> {
+    return TimedWork{[rounds]() -> std::optional<double> {
       volatile double sum = 0;
       for (int k = 0; k < rounds; ++k) sum = sum + std::sqrt(static_cast<double>(k));
       return std::nullopt;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "codec/atlas/bake.h"
-#include "codec/atlas/part/reach.h"
+#include "codec/atlas/part/reached_cells.h"
 #include "converters/scene/scene.h"
 #include "converters/scene/scene_reach.h"
 #include "formats/core/text_lines.h"
@@ -75,7 +75,7 @@ Result<AtlasCells> needed_cells(const Needed& needed, const Lattice& lattice, co
   const AtlasLayout axes = atlas_axes(lattice);
   if (needed.scene) return reach_of_scene(*needed.scene, axes, progress);
   if (!needed.theta_max_deg && needed.pairs.empty()) return AtlasCells();
-  Reach reach(axes);
+  ReachedCells reach(axes);
   if (needed.theta_max_deg) reach.add_up_to(*needed.theta_max_deg);
   for (const DirectionPair& pair : needed.pairs) reach.add(pair, 0);
   return reach.cells();

@@ -18,15 +18,15 @@
 
 #include "codec/atlas/atlas_evaluator.h"
 #include "codec/atlas/bake.h"
-#include "codec/atlas/part/reach.h"
+#include "codec/atlas/part/reached_cells.h"
 #include "codec/atlas/texel_range.h"
 #include "converters/files/atlas/atlas_file.h"
 #include "formats/core/byte_source.h"
 #include "formats/sbrdf/container.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
-#include "tests/support/analytic_brdf.h"
 #include "tests/converters/in_folder.h"
+#include "tests/support/analytic_brdf.h"
 #include "tests/support/sampled_brdf.h"
 
 namespace sbrdf::internal {
@@ -44,7 +44,7 @@ Atlas bake(const FrameSpec& spec, DomainKind domain, bool blocks, TexelRange ran
       },
       3);
   const AtlasLayout axes = atlas_axes(sampled.lattice);
-  Reach reach(axes);
+  ReachedCells reach(axes);
   reach.add_up_to(theta_max_deg);
   const AtlasCells cells = theta_max_deg > 0 ? reach.cells() : AtlasCells();
   Atlas atlas = bake_atlas(sampled.sliced, sampled.lattice,

@@ -7,10 +7,10 @@
 namespace sbrdf::internal {
 
 /// Finds the cells of an atlas that pairs of directions reach.
-class Reach {
+class ReachedCells {
  public:
   /// Of the layout the frame, its symmetries and the nodes are used.
-  explicit Reach(const AtlasLayout& layout);
+  explicit ReachedCells(const AtlasLayout& layout);
 
   /// The cells of all pairs whose directions are both within `margin_deg` of those of `pair`, which lies above the
   /// horizon; with a margin some more, as the bounds on coordinates are not tight. A margin of 0 is taken as the

@@ -1,4 +1,4 @@
-#include "codec/atlas/part/reach.h"
+#include "codec/atlas/part/reached_cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ double azimuth_moved(double polar, double moved) {
 
 }  // namespace
 
-Reach::Reach(const AtlasLayout& layout) : layout_(layout), cells_(cell_counts(layout)) {
+ReachedCells::ReachedCells(const AtlasLayout& layout) : layout_(layout), cells_(cell_counts(layout)) {
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
     const std::vector<double>& nodes = layout.axes[axis].nodes_deg;
     narrowest_[axis] = 720;
@@ -32,7 +32,7 @@ Reach::Reach(const AtlasLayout& layout) : layout_(layout), cells_(cell_counts(la
   }
 }
 
-void Reach::add(const DirectionPair& pair, double margin_deg) {
+void ReachedCells::add(const DirectionPair& pair, double margin_deg) {
   const double margin = std::max(margin_deg, kRounding);
   if (layout_.frame == FrameId::kHalfDifference) {
     add_half_difference(pair, margin);
@@ -42,7 +42,7 @@ void Reach::add(const DirectionPair& pair, double margin_deg) {
 }
 
 template <class Visit>
-void Reach::for_places(const Box& box, const Coordinates& narrowest, const Visit& visit) const {
+void ReachedCells::for_places(const Box& box, const Coordinates& narrowest, const Visit& visit) const {
   std::array<std::size_t, kAxisCount> counts;
   Coordinates steps;
   for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
@@ -71,7 +71,7 @@ void Reach::for_places(const Box& box, const Coordinates& narrowest, const Visit
 // which is e / cos(theta_d); theta_d, half the angle between them, moves by the margin at most. The light as seen from
 // the half vector moves by what it moves itself and by the turn of the half vector's frame: about the normal by phi_h,
 // and down by theta_h.
-void Reach::add_half_difference(const DirectionPair& pair, double margin_deg) {
+void ReachedCells::add_half_difference(const DirectionPair& pair, double margin_deg) {
   const Coordinates x = geometry(layout_.frame).coordinates(pair);
   const double chord = 2 * sin_deg(margin_deg / 2);
   const double tilt = degrees_from_radians(2 * std::asin(std::min(1.0, chord / (2 * std::max(cos_deg(x[2]), 1e-9)))));
@@ -88,7 +88,7 @@ void Reach::add_half_difference(const DirectionPair& pair, double margin_deg) {
 }
 
 // s and u move by what both azimuths move together. Where the thetas change places u changes its sign.
-void Reach::add_elevation(const DirectionPair& pair, double margin_deg) {
+void ReachedCells::add_elevation(const DirectionPair& pair, double margin_deg) {
   const double theta_i = degrees_from_radians(pair.i.theta);
   const double theta_v = degrees_from_radians(pair.v.theta);
   const double s = degrees_from_radians(pair.i.phi + pair.v.phi);
@@ -117,7 +117,7 @@ void Reach::add_elevation(const DirectionPair& pair, double margin_deg) {
 
 // The larger theta of a cell's pairs is least where theta_h and theta_d are, and phi_d is nearest to 90 degrees: the
 // cosines are cos(theta_h) cos(theta_d) -+ sin(theta_h) sin(theta_d) cos(phi_d).
-void Reach::add_up_to(double theta_max_deg) {
+void ReachedCells::add_up_to(double theta_max_deg) {
   AtlasCell cell{};
   const AtlasCells::Counts counts = cells_.counts();
   const auto low = [&](std::size_t axis) {
