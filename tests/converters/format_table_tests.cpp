@@ -23,11 +23,8 @@ namespace {
 
 using small_files::Bytes;
 using small_files::bytes_of;
+using small_files::source_of;
 using testing::HasSubstr;
-
-std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
-  return std::make_shared<OwnedMemorySource>(std::move(bytes));
-}
 
 const Format& row(std::string_view name) {
   for (const Format& format : formats()) {
@@ -400,7 +397,7 @@ TEST(OpenKurtFile, RefusesLargeFilesUnread) {
   EXPECT_FALSE(read);
 }
 
-struct Saved {
+struct SavedFile {
   Bytes bytes;
   Report report;
 };
@@ -422,10 +419,10 @@ Options plain_options(std::string_view format) {
   return format == "sbrdf" ? Options(small).set("values", "measured").set("precision", "lossless") : small;
 }
 
-Result<Saved> save(std::string_view format, const BrdfSource& source, const Options& options = {},
-                   const Progress& progress = {}) {
+Result<SavedFile> save(std::string_view format, const BrdfSource& source, const Options& options = {},
+                       const Progress& progress = {}) {
   MemorySink sink;
-  Saved saved;
+  SavedFile saved;
   if (Status done = save_source(row(format), source, sink, options, saved.report, progress); !done) return done.error();
   saved.bytes = std::move(sink).take();
   return saved;

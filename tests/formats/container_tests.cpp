@@ -23,7 +23,7 @@ using testing::StartsWith;
 
 using Bytes = std::vector<std::byte>;
 
-Bytes bytes_of(std::string_view text) {
+Bytes content_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   return {bytes.begin(), bytes.end()};
 }
@@ -43,8 +43,8 @@ void append_number(Bytes& bytes, std::uint64_t value, int size) {
   for (int k = 0; k < size; ++k) bytes.push_back(static_cast<std::byte>(value >> (8 * k)));
 }
 
-const Bytes kIndex = bytes_of("an index");
-const std::array<Bytes, 2> kPayloads = {bytes_of("first"), bytes_of("the second chunk")};
+const Bytes kIndex = content_of("an index");
+const std::array<Bytes, 2> kPayloads = {content_of("first"), content_of("the second chunk")};
 
 Bytes chunks() {
   Bytes all;
@@ -88,9 +88,9 @@ void expect_refused(std::span<const std::byte> file, const std::string& clause,
 }
 
 TEST(Checksum, IsTheCrc32OfZlibAndPng) {
-  EXPECT_EQ(checksum(bytes_of("123456789")), 0xCBF43926U);
+  EXPECT_EQ(checksum(content_of("123456789")), 0xCBF43926U);
   EXPECT_EQ(checksum({}), 0U);
-  EXPECT_EQ(checksum(bytes_of("IEND")), 0xAE426082U);  // ends every PNG file
+  EXPECT_EQ(checksum(content_of("IEND")), 0xAE426082U);  // ends every PNG file
   std::mt19937 random(1);
   for (std::size_t size = 1; size < 300; size += 7) {
     Bytes bytes(size);
@@ -100,7 +100,7 @@ TEST(Checksum, IsTheCrc32OfZlibAndPng) {
 }
 
 TEST(EmitContainer, LaysOutEveryByteAsTheSpecificationSays) {
-  Bytes expected = bytes_of("\x89SBF");
+  Bytes expected = content_of("\x89SBF");
   append_number(expected, 1, 1);
   append_number(expected, 0, 1);
   append_number(expected, 8, 1);  // "an index"
@@ -116,14 +116,14 @@ TEST(EmitContainer, LaysOutEveryByteAsTheSpecificationSays) {
 
 TEST(EmitContainer, WritesTheVersionAskedFor) {
   const Bytes file = emit_container(kIndex, chunks(), 0x12, 0x34);
-  EXPECT_EQ((Bytes{file.begin() + 4, file.begin() + 6}), bytes_of("\x12\x34"));
+  EXPECT_EQ((Bytes{file.begin() + 4, file.begin() + 6}), content_of("\x12\x34"));
 }
 
 TEST(AppendChunk, LeavesOutAChunkWithoutPayload) {
-  Bytes file = bytes_of("before");
+  Bytes file = content_of("before");
   append_chunk(file, {});
-  EXPECT_EQ(file, bytes_of("before"));
-  append_chunk(file, bytes_of("x"));
+  EXPECT_EQ(file, content_of("before"));
+  append_chunk(file, content_of("x"));
   EXPECT_EQ(file.size(), 6U + 1U + 4U);
 }
 
@@ -172,8 +172,8 @@ TEST(Container, RefusesEverySingleFlippedBitWithTheClauseOfItsPlace) {
 
 TEST(ReadHead, RefusesWhatIsNoContainer) {
   expect_refused({}, "SB-1-1");
-  expect_refused(bytes_of("\x89SBR and more"), "SB-1-1");
-  expect_refused(bytes_of("a text file"), "SB-1-1");
+  expect_refused(content_of("\x89SBR and more"), "SB-1-1");
+  expect_refused(content_of("a text file"), "SB-1-1");
 }
 
 TEST(ReadHead, RefusesOtherMajorVersionsAsUnsupportedAndNamesThem) {
@@ -197,7 +197,7 @@ TEST(ReadHead, TakesEveryMinorVersion) {
 
 TEST(ReadHead, RefusesAnIndexThatDoesNotFitBeforeItAllocatesIt) {
   const auto with_size = [](const std::string& size) {
-    return bytes_of(std::string("\x89SBF\1\0", 6) + size + "index");
+    return content_of(std::string("\x89SBF\1\0", 6) + size + "index");
   };
   expect_refused(with_size("\x7f"), "SB-1-4");
   expect_refused(with_size("\x80\x80\x80\x10"), "SB-1-4");  // 2^25
@@ -281,14 +281,14 @@ TEST(IsContainer, LooksAtTheMagicOnly) {
 }
 
 TEST(ByteSource, GivesTheRangeAskedFor) {
-  const Bytes bytes = bytes_of("0123456789");
+  const Bytes bytes = content_of("0123456789");
   const MemorySource memory(bytes);
   EXPECT_EQ(memory.size(), 10U);
   for (std::size_t offset = 0; offset <= 10; ++offset) {
     for (std::size_t size = 0; offset + size <= 10; ++size) {
       const Result<Bytes> range = read_range(memory, offset, size);
       ASSERT_TRUE(range);
-      EXPECT_EQ(*range, bytes_of(std::string("0123456789").substr(offset, size)));
+      EXPECT_EQ(*range, content_of(std::string("0123456789").substr(offset, size)));
     }
     EXPECT_FALSE(read_range(memory, offset, 11 - offset));
   }

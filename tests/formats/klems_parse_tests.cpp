@@ -27,13 +27,13 @@ Result<KlemsMatrix> parse(const std::string& text, const KlemsChoice& choice = {
   return parse_klems(small_files::bytes_of(text), choice);
 }
 
-const std::string kText = small_files::klems_text();
+const std::string kKlemsText = small_files::klems_text();
 
 /// A file that names a basis without defining it, with `count` numbers.
 std::string undefined(const std::string& name, std::size_t count) {
-  const std::size_t first = kText.find("<AngleBasisBlock>");
-  const std::size_t end = kText.find("</AngleBasis>");
-  std::string text = replaced(kText.substr(0, first) + kText.substr(end), "Five", name);
+  const std::size_t first = kKlemsText.find("<AngleBasisBlock>");
+  const std::size_t end = kKlemsText.find("</AngleBasis>");
+  std::string text = replaced(kKlemsText.substr(0, first) + kKlemsText.substr(end), "Five", name);
   const std::size_t numbers = text.find("<ScatteringData>") + 16;
   std::string list;
   for (std::size_t k = 0; k < count; ++k) list += "0.1\n";
@@ -74,13 +74,13 @@ TEST(KlemsBasis, CentresLieInTheirPatches) {
 }
 
 TEST(KlemsParse, ColumnsAreIncidentUnlessTheFileSaysRows) {
-  const auto columns = parse(kText);
+  const auto columns = parse(kKlemsText);
   ASSERT_TRUE(columns.ok()) << columns.error().message;
   EXPECT_EQ(columns->material, "small");
   EXPECT_EQ(columns->incident.patch_count(), 5U);
   EXPECT_EQ(columns->value(1, 0), 0.02);  // the second number of the first line
   EXPECT_EQ(columns->value(0, 1), 0.06);
-  const auto rows = parse(replaced(kText, ">Columns<", "> rows <"));
+  const auto rows = parse(replaced(kKlemsText, ">Columns<", "> rows <"));
   EXPECT_EQ(rows->value(0, 1), 0.02);
   EXPECT_EQ(rows->value(1, 0), 0.06);
 }
@@ -97,43 +97,43 @@ TEST(KlemsParse, KnowsTheBasesThatFilesOnlyName) {
 
 TEST(KlemsParse, TakesTheBlockThatIsAskedForAndListsTheOthers) {
   const KlemsChoice back = {.side = KlemsSide::kBack};
-  EXPECT_EQ(parse(kText, back).error().code, ErrorCode::kUnsupported);
-  EXPECT_THAT(parse(kText, back).error().message,
+  EXPECT_EQ(parse(kKlemsText, back).error().code, ErrorCode::kUnsupported);
+  EXPECT_THAT(parse(kKlemsText, back).error().message,
               HasSubstr("no visible reflection back in the file, which holds Visible Reflection Front"));
-  const std::string transmission = replaced(kText, "Reflection Front", "Transmission Front");
+  const std::string transmission = replaced(kKlemsText, "Reflection Front", "Transmission Front");
   EXPECT_THAT(parse(transmission).error().message, HasSubstr("--klems-transmission reads a transmission"));
   EXPECT_TRUE(parse(transmission, {.transmission = true}).ok());
-  const std::string solar = replaced(replaced(kText, "Visible", "SOLAR"), "Reflection Front", "reflection back");
+  const std::string solar = replaced(replaced(kKlemsText, "Visible", "SOLAR"), "Reflection Front", "reflection back");
   EXPECT_TRUE(parse(solar, {.side = KlemsSide::kBack, .band = KlemsBand::kSolar}).ok());
-  const std::size_t block = kText.find("<WavelengthData>");
-  const std::string twice =
-      kText.substr(0, block) + kText.substr(block, kText.find("</Layer>") - block) + kText.substr(block);
+  const std::size_t block = kKlemsText.find("<WavelengthData>");
+  const std::string twice = kKlemsText.substr(0, block) +
+                            kKlemsText.substr(block, kKlemsText.find("</Layer>") - block) + kKlemsText.substr(block);
   EXPECT_THAT(parse(twice).error().message, HasSubstr("two blocks of visible reflection front"));
 }
 
 TEST(KlemsParse, RefusesWhatIsWrong) {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {replaced(kText, "0.25", ""), "24 numbers in ScatteringData of Visible Reflection Front, where 5 x 5 = 25"},
-      {replaced(kText, "0.25", "0.25 1"), "26 numbers"},
-      {replaced(kText, "0.08, ", " , "), "a number of ScatteringData is missing behind 7"},
-      {replaced(kText, "0.08", "nan"), "number 8 of ScatteringData is 'nan'"},
-      {replaced(kText, "0.08", "1e999"), "number 8"},
-      {replaced(kText, "0.08", "0.0.8"), "number 8"},
-      {replaced(kText, ">Columns<", ">Diagonal<"), "IncidentDataStructure is 'Diagonal'"},
-      {replaced(kText, ">Columns<", "><"), "IncidentDataStructure is ''"},
-      {replaced(kText, "<nPhis>4<", "<nPhis>0<"), "nPhis of a ring is '0'"},
-      {replaced(kText, "<nPhis>4<", "<nPhis>4000000000<"), "not 1 to 3600"},
-      {replaced(kText, "<nPhis>4<", "<nPhis>5<"),
+      {replaced(kKlemsText, "0.25", ""), "24 numbers in ScatteringData of Visible Reflection Front, where 5 x 5 = 25"},
+      {replaced(kKlemsText, "0.25", "0.25 1"), "26 numbers"},
+      {replaced(kKlemsText, "0.08, ", " , "), "a number of ScatteringData is missing behind 7"},
+      {replaced(kKlemsText, "0.08", "nan"), "number 8 of ScatteringData is 'nan'"},
+      {replaced(kKlemsText, "0.08", "1e999"), "number 8"},
+      {replaced(kKlemsText, "0.08", "0.0.8"), "number 8"},
+      {replaced(kKlemsText, ">Columns<", ">Diagonal<"), "IncidentDataStructure is 'Diagonal'"},
+      {replaced(kKlemsText, ">Columns<", "><"), "IncidentDataStructure is ''"},
+      {replaced(kKlemsText, "<nPhis>4<", "<nPhis>0<"), "nPhis of a ring is '0'"},
+      {replaced(kKlemsText, "<nPhis>4<", "<nPhis>4000000000<"), "not 1 to 3600"},
+      {replaced(kKlemsText, "<nPhis>4<", "<nPhis>5<"),
        "25 numbers in ScatteringData of Visible Reflection Front, where 6 x 6"},
-      {replaced(kText, "<LowerTheta>30<", "<LowerTheta>31<"),
+      {replaced(kKlemsText, "<LowerTheta>30<", "<LowerTheta>31<"),
        "a ring spans theta 31 to 90, where it should go on from 30"},
-      {replaced(kText, "<UpperTheta>90<", "<UpperTheta>80<"), "end at 80, not at 90 degrees"},
-      {replaced(kText, "<LowerTheta>30</LowerTheta>", ""), "a ring of an AngleBasis without ThetaBounds"},
-      {replaced(kText, "<RowAngleBasis>Five<", "<RowAngleBasis>Six<"),
+      {replaced(kKlemsText, "<UpperTheta>90<", "<UpperTheta>80<"), "end at 80, not at 90 degrees"},
+      {replaced(kKlemsText, "<LowerTheta>30</LowerTheta>", ""), "a ring of an AngleBasis without ThetaBounds"},
+      {replaced(kKlemsText, "<RowAngleBasis>Five<", "<RowAngleBasis>Six<"),
        "RowAngleBasis is 'Six', which the file does not"},
-      {replaced(kText, "<RowAngleBasis>Five<", "<RowAngleBasis><"), "RowAngleBasis is missing"},
-      {replaced(kText, "<Layer>", "<Sheet>"), "not whole XML"},
-      {replaced(replaced(kText, "<Optical>", "<O>"), "</Optical>", "</O>"), "no Layer with WavelengthData"},
+      {replaced(kKlemsText, "<RowAngleBasis>Five<", "<RowAngleBasis><"), "RowAngleBasis is missing"},
+      {replaced(kKlemsText, "<Layer>", "<Sheet>"), "not whole XML"},
+      {replaced(replaced(kKlemsText, "<Optical>", "<O>"), "</Optical>", "</O>"), "no Layer with WavelengthData"},
       {"<?xml version=\"1.0\"?><a/>", "no root element WindowElement"},
       {"", "not whole XML"},
   };
@@ -143,19 +143,19 @@ TEST(KlemsParse, RefusesWhatIsWrong) {
     EXPECT_EQ(matrix.error().code, ErrorCode::kInvalidFile) << message;
     EXPECT_THAT(matrix.error().message, HasSubstr(message));
   }
-  EXPECT_EQ(parse(replaced(kText, "0.25", "")).error().offset, kText.find("<ScatteringData>") + 1);
+  EXPECT_EQ(parse(replaced(kKlemsText, "0.25", "")).error().offset, kKlemsText.find("<ScatteringData>") + 1);
 }
 
 TEST(KlemsParse, NamesTensorTreesAndOtherKindsOfValues) {
-  const auto tree = parse(replaced(kText, ">Columns<", ">TensorTree4<"));
+  const auto tree = parse(replaced(kKlemsText, ">Columns<", ">TensorTree4<"));
   EXPECT_EQ(tree.error().code, ErrorCode::kUnsupported);
   EXPECT_THAT(tree.error().message, HasSubstr("a tensor tree (TensorTree4)"));
-  const auto fractions = parse(replaced(kText, ">BTDF<", ">Fractional Diffuse<"));
+  const auto fractions = parse(replaced(kKlemsText, ">BTDF<", ">Fractional Diffuse<"));
   EXPECT_EQ(fractions.error().code, ErrorCode::kUnsupported);
 }
 
 TEST(KlemsParse, RefusesEachTruncation) {
-  const std::string text = kText.substr(0, kText.rfind('>') + 1);
+  const std::string text = kKlemsText.substr(0, kKlemsText.rfind('>') + 1);
   for (std::size_t size = 0; size < text.size(); ++size) {
     EXPECT_FALSE(parse(text.substr(0, size)).ok()) << size;
   }
@@ -163,15 +163,17 @@ TEST(KlemsParse, RefusesEachTruncation) {
 }
 
 TEST(KlemsRecognise, LooksBehindADoctypeAndReadsNothingOfIt) {
-  const std::size_t root = kText.find("<WindowElement");
-  const auto with = [&](const std::string& doctype) { return kText.substr(0, root) + doctype + kText.substr(root); };
+  const std::size_t root = kKlemsText.find("<WindowElement");
+  const auto with = [&](const std::string& doctype) {
+    return kKlemsText.substr(0, root) + doctype + kKlemsText.substr(root);
+  };
   for (const char* doctype :
        {"<!DOCTYPE WindowElement>", "<!DOCTYPE WindowElement SYSTEM \"a>b.dtd\">",
         "<!DOCTYPE WindowElement PUBLIC 'x' 'y'>\n", "<!DOCTYPE WindowElement [<!ENTITY a \"]>\"> <!ENTITY b 'x'>]>"}) {
     EXPECT_TRUE(recognises_klems(small_files::bytes_of(with(doctype)))) << doctype;
     const auto parsed = parse(with(doctype));
     ASSERT_TRUE(parsed.ok()) << doctype << parsed.error().message;
-    EXPECT_EQ(parsed->values, parse(kText)->values);
+    EXPECT_EQ(parsed->values, parse(kKlemsText)->values);
   }
   for (const char* doctype : {"<!DOCTYPE WindowElement", "<!DOCTYPE [", "<!DOCTYPE \">", "<!DOCTYPE html><html>"}) {
     EXPECT_FALSE(recognises_klems(small_files::bytes_of(with(doctype)))) << doctype;
@@ -180,7 +182,7 @@ TEST(KlemsRecognise, LooksBehindADoctypeAndReadsNothingOfIt) {
 
 TEST(KlemsRecognise, LooksForTheRootElement) {
   const auto recognised = [](const std::string& text) { return recognises_klems(small_files::bytes_of(text)); };
-  EXPECT_TRUE(recognised(kText));
+  EXPECT_TRUE(recognised(kKlemsText));
   EXPECT_TRUE(recognised("\xEF\xBB\xBF \n<!-- a --><?b?>\n<WindowElement>"));
   for (const char* text : {"", "<WindowElementType>", "<WindowElement", "<?xml <WindowElement>", "<!-- <WindowElement>",
                            "<a><WindowElement>", "WindowElement"}) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <memory>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -13,6 +14,7 @@
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/format_table.h"
 #include "converters/models/kurt.h"
+#include "formats/core/byte_source.h"
 #include "formats/merl/merl.h"
 #include "formats/ngan/ngan.h"
 #include "formats/sbrdf/bundle.h"
@@ -26,6 +28,10 @@ using Bytes = std::vector<std::byte>;
 inline Bytes bytes_of(std::string_view text) {
   const auto bytes = std::as_bytes(std::span(text.data(), text.size()));
   return {bytes.begin(), bytes.end()};
+}
+
+inline std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
+  return std::make_shared<OwnedMemorySource>(std::move(bytes));
 }
 
 inline constexpr std::string_view kKurtJson =

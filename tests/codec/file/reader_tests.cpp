@@ -24,7 +24,7 @@ using Bytes = std::vector<std::byte>;
 using Random = std::mt19937_64;
 
 /// A file and what is in it, read in one go.
-struct Example {
+struct FileExample {
   std::string name;
   Bytes file;
   DecodedSliced whole;
@@ -50,15 +50,15 @@ SampledBrdf sampled(const FrameSpec& frame, std::uint64_t extra, DomainKind doma
   return made;
 }
 
-Example example_of(std::string name, const SampledBrdf& sampled, const EncodeOptions& options) {
-  Example made = {std::move(name), encode_sliced(sampled.sliced, sampled.lattice, options), {}};
+FileExample example_of(std::string name, const SampledBrdf& sampled, const EncodeOptions& options) {
+  FileExample made = {std::move(name), encode_sliced(sampled.sliced, sampled.lattice, options), {}};
   made.whole = decode_sliced(made.file).value();
   return made;
 }
 
 /// Both frames, with and without symmetries and guides, in small chunks and in few.
-const std::vector<Example>& examples() {
-  static const std::vector<Example> kExamples = [] {
+const std::vector<FileExample>& file_examples() {
+  static const std::vector<FileExample> kExamples = [] {
     const Symmetries mirrored = {.isotropic = true, .mirror_x = true};
     const SampledBrdf elevation = sampled(elevation_frame(20, 60, {}).value(), 1500, DomainKind::kLog, 3);
     const SampledBrdf isotropic = sampled(elevation_frame(10, 30, mirrored).value(), 900, DomainKind::kLinear, 1);
@@ -68,7 +68,7 @@ const std::vector<Example>& examples() {
     const SampledBrdf guided =
         sampled(half_difference_frame({0, 10, 30, 80}, {0, 40, 80}, {0}, {0, 45, 90, 135}, mirrored), 400,
                 DomainKind::kLog, 3, 1);
-    std::vector<Example> made;
+    std::vector<FileExample> made;
     made.push_back(example_of("elevation", elevation, {0, ChunkSize::kSplit}));
     made.push_back(example_of("elevation, bounded", elevation, {0.001, ChunkSize::kSplit}));
     made.push_back(example_of("elevation, whole", elevation, {0.001, ChunkSize::kWhole}));
@@ -91,7 +91,7 @@ DirectionPair random_pair(Random& random) {
   return pair;
 }
 
-std::vector<std::uint32_t> bits_of(std::span<const float> values) {
+std::vector<std::uint32_t> bit_patterns(std::span<const float> values) {
   std::vector<std::uint32_t> bits;
   for (const float v : values) bits.push_back(std::bit_cast<std::uint32_t>(v));
   return bits;
@@ -100,13 +100,13 @@ std::vector<std::uint32_t> bits_of(std::span<const float> values) {
 std::vector<std::uint32_t> evaluated(const Evaluator& evaluator, const DirectionPair& pair) {
   std::vector<float> values(evaluator.channel_count());
   evaluator.evaluate(pair, values);
-  return bits_of(values);
+  return bit_patterns(values);
 }
 
 std::vector<std::uint32_t> evaluated(const PartialSliced& partial, const DirectionPair& pair) {
   std::vector<float> values(partial.sliced().channel_count());
   if (const Status status = partial.evaluate(pair, values); !status) ADD_FAILURE() << status.error().message;
-  return bits_of(values);
+  return bit_patterns(values);
 }
 
 /// Counts how often each byte is read.
@@ -133,7 +133,7 @@ class CountingSource {
 
 TEST(SlicedReader, EvaluatesCellsByThemselvesAsTheWholeFileDoes) {
   Random random(1);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Evaluator whole(example.whole.sliced, example.whole.lattice);
     const MemorySource source(example.file);
     const Result<SlicedReader> reader = SlicedReader::open(source);
@@ -155,7 +155,7 @@ TEST(SlicedReader, EvaluatesCellsByThemselvesAsTheWholeFileDoes) {
 
 TEST(SlicedReader, EvaluatesAllOfOneCellAndRefusesWhatLiesOutside) {
   Random random(2);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Evaluator whole(example.whole.sliced, example.whole.lattice);
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
@@ -188,7 +188,7 @@ TEST(SlicedReader, EvaluatesAllOfOneCellAndRefusesWhatLiesOutside) {
 // Where the evaluator took another cell than cell_of, it would find samples missing.
 TEST(SlicedReader, LoadsTheCellThatEvaluationUsesAtNodesBesideThemAndAtPoles) {
   Random random(8);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     const Lattice& lattice = example.whole.lattice;
@@ -210,7 +210,7 @@ TEST(SlicedReader, LoadsTheCellThatEvaluationUsesAtNodesBesideThemAndAtPoles) {
 
 TEST(SlicedReader, EvaluatesToZeroBelowTheHorizonWhateverWasLoaded) {
   const double just_below = std::nextafter(kPi / 2, 2.0);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     const Lattice& lattice = example.whole.lattice;
@@ -235,7 +235,7 @@ TEST(SlicedReader, EvaluatesToZeroBelowTheHorizonWhateverWasLoaded) {
 }
 
 TEST(SlicedReader, LoadsAllCellsAsTheWholeFile) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     CellSet all(reader.lattice());
@@ -251,7 +251,7 @@ TEST(SlicedReader, LoadsAllCellsAsTheWholeFile) {
 }
 
 TEST(SlicedReader, GivesItsLatticeAwayAndWhatItLoadedStaysAsItIs) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     SlicedReader reader = SlicedReader::open(source).value();
     const Lattice expected = reader.lattice();
@@ -268,7 +268,7 @@ TEST(SlicedReader, GivesItsLatticeAwayAndWhatItLoadedStaysAsItIs) {
 }
 
 TEST(SlicedReader, LoadsNoCellWhereNoneIsWanted) {
-  const Example& example = examples().front();
+  const FileExample& example = file_examples().front();
   CountingSource counting(example.file);
   const SlicedReader reader = SlicedReader::open(counting.source()).value();
   counting.reset();
@@ -280,7 +280,7 @@ TEST(SlicedReader, LoadsNoCellWhereNoneIsWanted) {
 
 TEST(SlicedReader, ReadsFewBytesForOneCellOfASplitFile) {
   Random random(3);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     CountingSource counting(example.file);
     const SlicedReader reader = SlicedReader::open(counting.source()).value();
     const bool split = !reader.index().layout.whole;
@@ -299,7 +299,7 @@ TEST(SlicedReader, ReadsFewBytesForOneCellOfASplitFile) {
 }
 
 TEST(SlicedReader, OpensWithHeaderAndIndexAlone) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     CountingSource counting(example.file);
     const Result<SlicedReader> reader = SlicedReader::open(counting.source());
     ASSERT_TRUE(reader);
@@ -316,7 +316,7 @@ TEST(SlicedReader, OpensWithHeaderAndIndexAlone) {
 }
 
 TEST(SlicedReader, KnowsMetadataAsSoonAsItIsOpen) {
-  const Example& example = examples().front();
+  const FileExample& example = file_examples().front();
   CountingSource counting(example.file);
   const SlicedReader reader = SlicedReader::open(counting.source()).value();
   counting.reset();
@@ -347,7 +347,7 @@ SlicedBrdf down_to_depth(const SlicedBrdf& sliced, int depth) {
 }
 
 TEST(SlicedReader, LoadsExactlyTheSamplesDownToADepth) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     for (int depth = 0; depth <= kMaxDepth; ++depth) {
@@ -368,7 +368,7 @@ TEST(SlicedReader, LoadsExactlyTheSamplesDownToADepth) {
 
 TEST(SlicedReader, EvaluatesCellsDownToADepthAsAllCellsUpToIt) {
   Random random(4);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     for (const int depth : {0, 1, 2, 4}) {
@@ -384,7 +384,7 @@ TEST(SlicedReader, EvaluatesCellsDownToADepthAsAllCellsUpToIt) {
 }
 
 TEST(SlicedReader, KnowsHowManyBytesADepthTakes) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     CountingSource counting(example.file);
     for (int depth = 0; depth <= kMaxDepth; ++depth) {
       counting.reset();
@@ -402,7 +402,7 @@ TEST(SlicedReader, KnowsHowManyBytesADepthTakes) {
 
 TEST(SlicedReader, PassesOnTheErrorOfItsSourceWhicheverReadFails) {
   for (const std::size_t number : {std::size_t{1}, std::size_t{6}}) {
-    const Bytes& file = examples()[number].file;
+    const Bytes& file = file_examples()[number].file;
     int reads = 0;
     int failing = -1;
     const CallbackSource source(file.size(), [&](std::uint64_t offset, std::span<std::byte> target) -> Status {
@@ -435,7 +435,7 @@ TEST(SlicedReader, PassesOnTheErrorOfItsSourceWhicheverReadFails) {
 }
 
 TEST(SlicedReader, RefusesADamagedChunkOnlyWhereItIsNeeded) {
-  Example example = examples().front();
+  FileExample example = file_examples().front();
   example.file.back() ^= std::byte{1};
   const MemorySource source(example.file);
   const Result<SlicedReader> reader = SlicedReader::open(source);
@@ -449,7 +449,7 @@ TEST(SlicedReader, RefusesADamagedChunkOnlyWhereItIsNeeded) {
 
 TEST(SlicedReader, GivesTheSameFromManyThreads) {
   for (const std::size_t number : {std::size_t{1}, std::size_t{6}}) {
-    const Example& example = examples()[number];
+    const FileExample& example = file_examples()[number];
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
     const Evaluator whole(example.whole.sliced, example.whole.lattice);
@@ -461,7 +461,7 @@ TEST(SlicedReader, GivesTheSameFromManyThreads) {
         for (const DirectionPair& pair : pairs) {
           std::vector<float> values(whole.channel_count());
           const bool same =
-              partial.ok() && partial->evaluate(pair, values).ok() && bits_of(values) == evaluated(whole, pair);
+              partial.ok() && partial->evaluate(pair, values).ok() && bit_patterns(values) == evaluated(whole, pair);
           wrong += same ? 0 : 1;
         }
         const Result<SlicedBrdf> all = reader.load_all(trial % 3 == 0 ? kMaxDepth : trial % 3);
@@ -519,7 +519,7 @@ DirectionBox random_box(Random& random) {
 
 TEST(CellsIn, HoldEveryPairOfTheirBoxes) {
   Random random(5);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Lattice& lattice = example.whole.lattice;
     for (int trial = 0; trial < 150; ++trial) {
       const DirectionBox i = random_box(random);
@@ -540,7 +540,7 @@ TEST(CellsIn, HoldEveryPairOfTheirBoxes) {
 }
 
 TEST(CellsIn, HoldTheLargestThetaOfTheFrameAndAllBeyond) {
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Lattice& lattice = example.whole.lattice;
     for (const double theta : {80.0, 85.0, 90.0}) {
       const DirectionBox box = {.theta_from = 70, .theta_to = std::max(theta, 80.0)};
@@ -552,7 +552,7 @@ TEST(CellsIn, HoldTheLargestThetaOfTheFrameAndAllBeyond) {
 
 TEST(CellsIn, HoldEveryPairOfBoxesWhoseAzimuthsAreManyTurnsAway) {
   Random random(8);
-  const Lattice& lattice = examples().front().whole.lattice;
+  const Lattice& lattice = file_examples().front().whole.lattice;
   for (const double turns : {-10.0, -2.0, -1.0, 1.0, 2.0, 10.0}) {
     const DirectionBox near = {.theta_from = 30, .theta_to = 50, .phi_from = 10, .phi_to = 300};
     DirectionBox far = {.theta_from = 20, .theta_to = 70, .phi_from = 100, .phi_to = 120};
@@ -569,13 +569,13 @@ TEST(CellsIn, HoldEveryPairOfBoxesWhoseAzimuthsAreManyTurnsAway) {
 }
 
 TEST(CellsIn, LeaveOutMostOfTheCellsForSmallBoxes) {
-  const Lattice& elevation = examples().front().whole.lattice;
+  const Lattice& elevation = file_examples().front().whole.lattice;
   CellSet all(elevation);
   all.add_all();
   const DirectionBox small = {.theta_from = 45, .theta_to = 50, .phi_from = 62, .phi_to = 70};
   EXPECT_LT(cells_in(elevation, small, small).size(), all.size() / 20);
   EXPECT_EQ(cells_in(elevation, {}, {}).size(), all.size());
-  const Lattice& half_difference = examples()[4].whole.lattice;
+  const Lattice& half_difference = file_examples()[4].whole.lattice;
   CellSet all_of_it(half_difference);
   all_of_it.add_all();
   const DirectionBox steep = {.theta_from = 0, .theta_to = 4};
@@ -584,7 +584,7 @@ TEST(CellsIn, LeaveOutMostOfTheCellsForSmallBoxes) {
 
 TEST(CellsIn, EvaluateEveryPairOfTheirBoxesAsTheWholeFileDoes) {
   Random random(6);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Evaluator whole(example.whole.sliced, example.whole.lattice);
     const MemorySource source(example.file);
     const SlicedReader reader = SlicedReader::open(source).value();
@@ -602,7 +602,7 @@ TEST(CellsIn, EvaluateEveryPairOfTheirBoxesAsTheWholeFileDoes) {
 }
 
 TEST(CellSet, HoldsWhatWasAdded) {
-  const Lattice& lattice = examples().front().whole.lattice;
+  const Lattice& lattice = file_examples().front().whole.lattice;
   CellSet cells(lattice);
   EXPECT_EQ(cells.size(), 0U);
   cells.add({2, 1, 0, 3});
@@ -620,7 +620,7 @@ TEST(CellSet, HoldsWhatWasAdded) {
 
 TEST(CellOf, IsTheCellBetweenWhoseNodesThePairLies) {
   Random random(7);
-  for (const Example& example : examples()) {
+  for (const FileExample& example : file_examples()) {
     const Lattice& lattice = example.whole.lattice;
     for (int k = 0; k < 500; ++k) {
       const DirectionPair pair = random_pair(random);

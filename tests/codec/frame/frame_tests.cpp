@@ -26,7 +26,7 @@ DirectionPair pair_from_degrees(double theta_i, double phi_i, double theta_v, do
 
 double turn_between(double a, double b, double period) { return std::abs(std::remainder(a - b, period)); }
 
-DirectionPair random_pair(std::mt19937_64& random) {
+DirectionPair pair_above_horizon(std::mt19937_64& random) {
   std::uniform_real_distribution<double> theta(0, 90);
   std::uniform_real_distribution<double> phi(0, 360);
   return pair_from_degrees(theta(random), phi(random), theta(random), phi(random));
@@ -60,7 +60,7 @@ TEST(ElevationCoordinates, AreTheSumAndDifferenceOfTheAzimuthsSeenFromTheSmaller
 TEST(ElevationCoordinates, HaveTheSameBitsAfterExchangingTheDirections) {
   std::mt19937_64 random(1);
   for (int k = 0; k < 20000; ++k) {
-    DirectionPair pair = random_pair(random);
+    DirectionPair pair = pair_above_horizon(random);
     if (k % 4 == 0) pair.v.theta = pair.i.theta;
     if (k % 5 == 0) pair.v.phi = pair.i.phi;
     if (k % 7 == 0) pair.i.theta = 0;
@@ -72,7 +72,7 @@ TEST(ElevationCoordinates, StayWithinThePaddedLatticeForAzimuthsOfAnyTurn) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> phi(-1000, 1000);
   for (int k = 0; k < 20000; ++k) {
-    DirectionPair pair = random_pair(random);
+    DirectionPair pair = pair_above_horizon(random);
     const DirectionPair within = pair;
     pair.i.phi += 2 * kPi * std::floor(phi(random));
     pair.v.phi += 2 * kPi * std::floor(phi(random));
@@ -86,7 +86,7 @@ TEST(ElevationCoordinates, StayWithinThePaddedLatticeForAzimuthsOfAnyTurn) {
 TEST(ElevationCoordinates, LeadBackToTheSameDirections) {
   std::mt19937_64 random(3);
   for (int k = 0; k < 20000; ++k) {
-    const DirectionPair pair = random_pair(random);
+    const DirectionPair pair = pair_above_horizon(random);
     ASSERT_LT(measurement_distance(elevation().directions(elevation().coordinates(pair), 80), pair, {}), 1e-14);
   }
 }
@@ -161,7 +161,7 @@ const FrameGeometry& half_difference() { return geometry(FrameId::kHalfDifferenc
 TEST(HalfDifferenceCoordinates, HaveTheSameBitsAfterExchangingTheDirections) {
   std::mt19937_64 random(5);
   for (int k = 0; k < 20000; ++k) {
-    DirectionPair pair = random_pair(random);
+    DirectionPair pair = pair_above_horizon(random);
     if (k % 4 == 0) pair.v.theta = pair.i.theta;
     if (k % 5 == 0) pair.v.phi = pair.i.phi;
     if (k % 7 == 0) pair.i.theta = 0;
@@ -173,7 +173,7 @@ TEST(HalfDifferenceCoordinates, LeadBackToTheSameDirectionsUpTo80Degrees) {
   std::mt19937_64 random(6);
   std::uniform_real_distribution<double> theta(0, 80);
   for (int k = 0; k < 20000; ++k) {
-    DirectionPair pair = random_pair(random);
+    DirectionPair pair = pair_above_horizon(random);
     pair.i.theta = radians_from_degrees(theta(random));
     pair.v.theta = radians_from_degrees(theta(random));
     const Coordinates x = half_difference().coordinates(pair);

@@ -153,7 +153,7 @@ void write_golden(const std::string& name) {
   }
 }
 
-float largest(const SlicedBrdf& sliced) {
+float largest_value(const SlicedBrdf& sliced) {
   float most = 0;
   for (const auto* values : {&sliced.crossing_values, &sliced.sample_values}) {
     for (const float v : *values) most = std::max(most, std::abs(v));
@@ -173,7 +173,7 @@ TEST(GoldenValues, AreThoseOfTheEvaluator) {
   for (const std::string name : kNames) {
     const auto decoded = material(name);
     const Evaluator evaluator(decoded.sliced, decoded.lattice);
-    const double most = largest(decoded.sliced);
+    const double most = largest_value(decoded.sliced);
     for (const Row& row : read_golden(name)) {
       const std::vector<float> values = evaluate(evaluator, row.degrees);
       ASSERT_EQ(values.size(), row.values.size()) << name;
@@ -189,7 +189,7 @@ TEST(GoldenValues, AreThoseOfTheVectorEvaluator) {
   for (const std::string name : kNames) {
     const auto decoded = material(name);
     const VectorEvaluator evaluator(decoded.sliced, decoded.lattice);
-    const double most = largest(decoded.sliced);
+    const double most = largest_value(decoded.sliced);
     for (const Row& row : read_golden(name)) {
       const DirectionPair pair = pair_of(row.degrees);
       if (!above_horizon(pair)) continue;
@@ -216,7 +216,7 @@ TEST(GoldenValues, AreThoseOfALiteralReadingOfTheEquations) {
   for (const std::string name : kNames) {
     const auto decoded = material(name);
     LiteralEvaluator literal(decoded.sliced, decoded.lattice);
-    const double most = largest(decoded.sliced);
+    const double most = largest_value(decoded.sliced);
     for (const Row& row : read_golden(name)) {
       const DirectionPair pair = pair_of(row.degrees);
       std::vector<long double> values(row.values.size(), 0);

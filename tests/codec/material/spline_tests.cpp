@@ -13,7 +13,7 @@
 namespace sbrdf::internal {
 namespace {
 
-struct Case {
+struct SplineCase {
   Boundary boundary = Boundary::kBounded;
   double length = 0;
   std::vector<double> positions;
@@ -35,10 +35,10 @@ std::string name(Boundary boundary) {
 constexpr std::array kBoundaries = {Boundary::kPeriodic, Boundary::kMirrored, Boundary::kBounded};
 
 /// Uneven gaps between 1 and 40.
-Case random_case(Boundary boundary, std::size_t n, std::mt19937_64& random) {
+SplineCase random_case(Boundary boundary, std::size_t n, std::mt19937_64& random) {
   std::uniform_real_distribution<double> gap(1, 40);
   std::uniform_real_distribution<double> value(-2, 3);
-  Case made;
+  SplineCase made;
   made.boundary = boundary;
   double position = gap(random) - 20;
   for (std::size_t k = 0; k < n; ++k) {
@@ -51,30 +51,30 @@ Case random_case(Boundary boundary, std::size_t n, std::mt19937_64& random) {
 }
 
 template <class Real>
-std::vector<Real> solve(const Case& given) {
+std::vector<Real> solve(const SplineCase& given) {
   const std::vector<Real> values(given.values.begin(), given.values.end());
   std::vector<Real> second(values.size(), Real(-77));
   SplineSolver<Real>().solve(given.boundary, given.length, given.positions, values.data(), second.data(), 1);
   return second;
 }
 
-DenseSpline dense(const Case& given) {
+DenseSpline dense_spline(const SplineCase& given) {
   return {given.boundary,
           given.length,
           {given.positions.begin(), given.positions.end()},
           {given.values.begin(), given.values.end()}};
 }
 
-std::size_t segment_count(const Case& given) {
+std::size_t segment_count(const SplineCase& given) {
   return given.boundary == Boundary::kPeriodic ? given.positions.size() : given.positions.size() - 1;
 }
 
-double segment_end(const Case& given, std::size_t k) {
+double segment_end(const SplineCase& given, std::size_t k) {
   return k + 1 < given.positions.size() ? given.positions[k + 1] : given.positions[0] + given.length;
 }
 
 template <class Real>
-Real on_segment(const Case& given, const std::vector<Real>& second, std::size_t k, Real t) {
+Real on_segment(const SplineCase& given, const std::vector<Real>& second, std::size_t k, Real t) {
   const std::size_t next = (k + 1) % given.positions.size();
   const Real width = static_cast<Real>(segment_end(given, k)) - static_cast<Real>(given.positions[k]);
   return evaluate_segment(t, width * width / 6, static_cast<Real>(given.values[k]),
@@ -86,8 +86,8 @@ TEST(Spline, AgreesWithDenseEliminationForEveryBoundaryAndCount) {
   for (const Boundary boundary : kBoundaries) {
     for (std::size_t n = 1; n <= 12; ++n) {
       SCOPED_TRACE(name(boundary) + ", " + std::to_string(n) + " samples");
-      const Case given = random_case(boundary, n, random);
-      const DenseSpline expected = dense(given);
+      const SplineCase given = random_case(boundary, n, random);
+      const DenseSpline expected = dense_spline(given);
       const auto exact = solve<long double>(given);
       const auto rounded = solve<double>(given);
       for (std::size_t k = 0; k < segment_count(given); ++k) {
@@ -109,7 +109,7 @@ TEST(Spline, KeepsValueSlopeAndCurvatureContinuousAtSamples) {
   for (const Boundary boundary : kBoundaries) {
     for (const std::size_t n : {3U, 4U, 9U}) {
       SCOPED_TRACE(name(boundary) + ", " + std::to_string(n) + " samples");
-      const Case given = random_case(boundary, n, random);
+      const SplineCase given = random_case(boundary, n, random);
       const auto second = solve<long double>(given);
       // A cubic is known from its values at 0, 1/3, 2/3 and 1.
       const auto ends = [&](std::size_t k) {
@@ -148,7 +148,7 @@ TEST(Spline, ReproducesConstantsToTheLastBit) {
   std::mt19937_64 random(3);
   for (const Boundary boundary : kBoundaries) {
     for (std::size_t n = 1; n <= 9; ++n) {
-      Case given = random_case(boundary, n, random);
+      SplineCase given = random_case(boundary, n, random);
       given.values.assign(n, 0.1);
       const auto second = solve<double>(given);
       for (std::size_t k = 0; k < n; ++k) EXPECT_EQ(second[k], 0);
@@ -165,7 +165,7 @@ TEST(Spline, ReproducesStraightLinesAndParabolasOnABoundedSlice) {
   for (const auto& [a, b, c] : polynomials) {
     const auto f = [a = a, b = b, c = c](double x) { return a + x * (b + x * c); };
     for (std::size_t n = c == 0 ? 2 : 3; n <= 10; ++n) {
-      Case given = random_case(Boundary::kBounded, n, random);
+      SplineCase given = random_case(Boundary::kBounded, n, random);
       for (std::size_t k = 0; k < n; ++k) given.values[k] = f(given.positions[k]);
       const auto second = solve<double>(given);
       for (std::size_t k = 0; k + 1 < n; ++k) {
@@ -178,16 +178,16 @@ TEST(Spline, ReproducesStraightLinesAndParabolasOnABoundedSlice) {
 }
 
 TEST(Spline, OfOneSampleIsConstantAndOfTwoBoundedOnesIsALine) {
-  const Case one = {Boundary::kPeriodic, 360, {12}, {5}};
+  const SplineCase one = {Boundary::kPeriodic, 360, {12}, {5}};
   EXPECT_EQ(solve<double>(one), std::vector<double>{0});
-  const Case two = {Boundary::kBounded, 80, {0, 80}, {1, 3}};
+  const SplineCase two = {Boundary::kBounded, 80, {0, 80}, {1, 3}};
   EXPECT_EQ(solve<double>(two), (std::vector<double>{0, 0}));
 }
 
 TEST(Spline, ReadsAndWritesOneChannelOfInterleavedValues) {
   std::mt19937_64 random(5);
   for (const Boundary boundary : kBoundaries) {
-    const Case given = random_case(boundary, 7, random);
+    const SplineCase given = random_case(boundary, 7, random);
     const auto expected = solve<double>(given);
     std::vector<double> values(21, 1e9);
     std::vector<double> second(21, -77);
@@ -202,7 +202,7 @@ TEST(Spline, GivesTheSameAnswerFromASolverThatWasUsedBefore) {
   SplineSolver<double> reused;
   for (const std::size_t n : {9U, 2U, 5U, 1U, 7U}) {
     for (const Boundary boundary : kBoundaries) {
-      const Case given = random_case(boundary, n, random);
+      const SplineCase given = random_case(boundary, n, random);
       std::vector<double> second(n);
       reused.solve(boundary, given.length, given.positions, given.values.data(), second.data(), 1);
       EXPECT_EQ(second, solve<double>(given));
@@ -212,12 +212,12 @@ TEST(Spline, GivesTheSameAnswerFromASolverThatWasUsedBefore) {
 
 TEST(Spline, StaysFiniteAndAccurateOnASpikeOfSixOrdersBesideNarrowGaps) {
   for (const Boundary boundary : kBoundaries) {
-    const Case given = {boundary,
-                        boundary == Boundary::kPeriodic ? 360.0 : 180.0,
-                        {0, 60, 61, 61.5, 62, 120, 180},
-                        {1, 1, 1e3, 1e6, 1e3, 1, 1}};
+    const SplineCase given = {boundary,
+                              boundary == Boundary::kPeriodic ? 360.0 : 180.0,
+                              {0, 60, 61, 61.5, 62, 120, 180},
+                              {1, 1, 1e3, 1e6, 1e3, 1, 1}};
     const auto second = solve<double>(given);
-    const DenseSpline expected = dense(given);
+    const DenseSpline expected = dense_spline(given);
     for (std::size_t k = 0; k < segment_count(given); ++k) {
       const double width = segment_end(given, k) - given.positions[k];
       for (const double t : {0.0, 0.25, 0.5, 0.75, 1.0}) {

@@ -11,9 +11,9 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kChannels = 2;
+constexpr std::size_t kCachedChannels = 2;
 
-std::array<float, kChannels> value_at(const DirectionPair& pair) {
+std::array<float, kCachedChannels> value_at(const DirectionPair& pair) {
   return {static_cast<float>(pair.i.theta + 10 * pair.v.theta), static_cast<float>(pair.i.phi - pair.v.phi)};
 }
 
@@ -33,36 +33,36 @@ class ValueCacheTest : public testing::Test {
     measured_ += pairs.size();
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto row = value_at(pairs[k]);
-      std::copy(row.begin(), row.end(), values.data() + k * kChannels);
+      std::copy(row.begin(), row.end(), values.data() + k * kCachedChannels);
     }
     return ok_status();
   };
 
   static void expect_values(std::span<const DirectionPair> pairs, std::span<const float> values) {
     for (std::size_t k = 0; k < values.size(); ++k) {
-      EXPECT_EQ(values[k], value_at(pairs[k / kChannels])[k % kChannels]);
+      EXPECT_EQ(values[k], value_at(pairs[k / kCachedChannels])[k % kCachedChannels]);
     }
   }
 };
 
 TEST_F(ValueCacheTest, MeasuresAPairOnce) {
-  ValueCache cache(measure_, kChannels);
+  ValueCache cache(measure_, kCachedChannels);
   const std::vector<DirectionPair> pairs = some_pairs(1000);
-  std::vector<float> values(pairs.size() * kChannels);
+  std::vector<float> values(pairs.size() * kCachedChannels);
   for (const std::size_t count : {300U, 1000U, 1000U}) {
     const auto part = std::span(pairs).first(count);
-    ASSERT_TRUE(cache.measure(part, std::span(values).first(count * kChannels)));
-    expect_values(part, std::span(values).first(count * kChannels));
+    ASSERT_TRUE(cache.measure(part, std::span(values).first(count * kCachedChannels)));
+    expect_values(part, std::span(values).first(count * kCachedChannels));
   }
   EXPECT_EQ(measured_, 1000U);
 }
 
 TEST_F(ValueCacheTest, GivesTheRightValuesToSeveralThreadsAndBeyondItsRoom) {
-  ValueCache cache(measure_, kChannels);
+  ValueCache cache(measure_, kCachedChannels);
   const std::vector<DirectionPair> pairs = some_pairs(2'000'000);
   parallel_for(8, [&](std::uint64_t k) {
     const auto part = std::span(pairs).subspan(k / 2 * 400'000, 800'000);
-    std::vector<float> values(part.size() * kChannels);
+    std::vector<float> values(part.size() * kCachedChannels);
     ASSERT_TRUE(cache.measure(part, values));
     expect_values(part, values);
   });
@@ -73,9 +73,9 @@ TEST_F(ValueCacheTest, PassesErrorsOnAndForgetsThem) {
   const Measure measure = [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
     return fails ? io_error("interrupted") : measure_(pairs, values);
   };
-  ValueCache cache(measure, kChannels);
+  ValueCache cache(measure, kCachedChannels);
   const std::vector<DirectionPair> pairs = some_pairs(10);
-  std::vector<float> values(pairs.size() * kChannels);
+  std::vector<float> values(pairs.size() * kCachedChannels);
   EXPECT_FALSE(cache.measure(pairs, values));
   fails = false;
   ASSERT_TRUE(cache.measure(pairs, values));

@@ -19,11 +19,8 @@ namespace sbrdf::internal {
 namespace {
 
 using small_files::Bytes;
+using small_files::source_of;
 using testing::HasSubstr;
-
-std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
-  return std::make_shared<OwnedMemorySource>(std::move(bytes));
-}
 
 Hdf5Head small_head() {
   Hdf5Head head;

@@ -60,10 +60,10 @@ std::unique_ptr<MerlSource> source_of(const MerlTable& table) {
   return std::move(source).value();
 }
 
-class FunctionSource final : public BrdfSource {
+class RgbFunctionSource final : public BrdfSource {
  public:
   using Function = std::function<std::vector<float>(const DirectionPair&)>;
-  FunctionSource(std::size_t channels, Function function) : function_(std::move(function)) {
+  RgbFunctionSource(std::size_t channels, Function function) : function_(std::move(function)) {
     traits_.channels.assign(channels, "x");
     traits_.isotropic = traits_.reciprocal = true;
   }
@@ -80,7 +80,7 @@ class FunctionSource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-FunctionSource constant_source(std::vector<float> value) {
+RgbFunctionSource constant_source(std::vector<float> value) {
   const std::size_t channels = value.size();
   return {channels, [value = std::move(value)](const DirectionPair&) { return value; }};
 }
@@ -303,7 +303,7 @@ TEST(MerlSource, RefusesTablesWithNothingPositive) {
 }
 
 TEST(MerlResample, EvaluatesCellCentresAndMarksThoseBelowTheHorizon) {
-  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+  const RgbFunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
     const HalfDifference angles = half_difference_from_pair(pair);
     return {static_cast<float>(angles.theta_h), static_cast<float>(angles.theta_d), static_cast<float>(angles.phi_d)};
   });
@@ -365,7 +365,7 @@ TEST(MerlResample, CountsNegativeCells) {
   EXPECT_EQ(some->report.some_negative, 64 - some->report.below_horizon);
   EXPECT_EQ(some->report.all_negative, 0u);
   // Positive in the four cells of the first row.
-  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+  const RgbFunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
     const HalfDifference angles = half_difference_from_pair(pair);
     return angles.theta_h < 0.05 && angles.theta_d < 0.3 ? std::vector<float>{1, 1, 1} : std::vector<float>{-1, -2, -1};
   });
@@ -400,7 +400,7 @@ TEST(MerlResample, WritesWhatMerlSourceReadsUpToTheLargestValue) {
 }
 
 TEST(MerlResample, GivesTheSameFileInManyBlocksAsInOne) {
-  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+  const RgbFunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
     return {static_cast<float>(pair.i.theta), static_cast<float>(pair.v.theta), 1};
   });
   const auto table = resample(source, {60, 60, 40});  // 144,000 cells, two blocks
@@ -417,7 +417,7 @@ TEST(MerlResample, GivesTheSameFileInManyBlocksAsInOne) {
 }
 
 TEST(MerlResample, SaysWhatTheSourceLoses) {
-  FunctionSource source = constant_source({1, 1, 1});
+  RgbFunctionSource source = constant_source({1, 1, 1});
   const auto nothing = resample(source, {2, 2, 2});
   EXPECT_FALSE(nothing->report.anisotropic_source_cut);
   EXPECT_FALSE(nothing->report.source_not_reciprocal);
@@ -446,7 +446,7 @@ TEST(MerlResample, RefusesOtherChannelCounts) {
 }
 
 TEST(MerlResample, RefusesShapesOutOfRange) {
-  const FunctionSource source = constant_source({1, 1, 1});
+  const RgbFunctionSource source = constant_source({1, 1, 1});
   for (const MerlShape& shape : {MerlShape{0, 2, 2}, MerlShape{2, 4097, 2}, MerlShape{4096, 4096, 4096}}) {
     const auto result = resample(source, shape);
     ASSERT_FALSE(result.ok());
@@ -455,7 +455,7 @@ TEST(MerlResample, RefusesShapesOutOfRange) {
 }
 
 TEST(MerlResample, RefusesSourcesThatGiveNanAndNamesTheFirstCell) {
-  const FunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
+  const RgbFunctionSource source(3, [](const DirectionPair& pair) -> std::vector<float> {
     const double theta_d = half_difference_from_pair(pair).theta_d;
     const float nan = std::numeric_limits<float>::quiet_NaN();
     return {theta_d > 0.3 ? nan : 1, theta_d < 0.3 ? nan : 1, 1};
@@ -482,7 +482,7 @@ TEST(MerlResample, ReportsGrowingProgressUpToOne) {
 
 TEST(MerlResample, StopsWhenAsked) {
   std::atomic<int> evaluations = 0;
-  const FunctionSource source(3, [&](const DirectionPair&) -> std::vector<float> {
+  const RgbFunctionSource source(3, [&](const DirectionPair&) -> std::vector<float> {
     ++evaluations;
     return {1, 1, 1};
   });

@@ -78,13 +78,13 @@ const Finding* finding(const BrdfSource& source, const std::string& what) {
   return nullptr;
 }
 
-struct Saved {
+struct SavedMerl {
   MerlTable table;
   Report report;
 };
-Result<Saved> save(const BrdfSource& source, const Options& options = {}) {
+Result<SavedMerl> save_merl(const BrdfSource& source, const Options& options = {}) {
   MemorySink sink;
-  Saved saved;
+  SavedMerl saved;
   if (Status status = save_source(*find_writer(".binary").value(), source, sink, options, saved.report); !status) {
     return status.error();
   }
@@ -190,7 +190,7 @@ TEST(MerlNegatives, StayBecomeZeroOrMakeMarksOfTheirCells) {
 TEST(MerlWriter, MarksWhatTheSourceDidNotMeasure) {
   MerlTable table = smooth_table();
   for (const std::uint64_t cell : {100U, 101U, 500U}) set_cell(table, cell, kNan, 1, 1);
-  const Saved saved = save(*open(table).value()).value();
+  const SavedMerl saved = save_merl(*open(table).value()).value();
   EXPECT_EQ(saved.table.shape, kShape) << "the shape of the source";
   for (std::uint64_t k = 0; k < table.values.size(); ++k) {
     const std::uint64_t cell = k % merl_cell_count(kShape);
@@ -214,18 +214,18 @@ TEST(MerlWriter, KeepsClampsOrMarksNegatives) {
     return theta_d > 1 ? -0.5 : theta_d > 0.5 && c == 1 ? -0.25 : 0.75;
   });
   const auto written = [&](const char* policy) {
-    return save(source, Options().set("merl-shape", "6,6,4").set("negatives", policy)).value();
+    return save_merl(source, Options().set("merl-shape", "6,6,4").set("negatives", policy)).value();
   };
-  const Saved keep = written("keep");
-  const Saved clamp = written("clamp");
-  const Saved unmeasured = written("unmeasured");
+  const SavedMerl keep = written("keep");
+  const SavedMerl clamp = written("clamp");
+  const SavedMerl unmeasured = written("unmeasured");
   const MerlShape shape = {6, 6, 4};
   const std::uint64_t count = merl_cell_count(shape);
   std::size_t some = 0;
   std::size_t all = 0;
   for (std::uint64_t cell = 0; cell < count; ++cell) {
     if (!above_horizon(merl_cell_centre(shape, cell))) continue;
-    const auto at = [&](const Saved& saved, std::size_t c) { return saved.table.values[c * count + cell]; };
+    const auto at = [&](const SavedMerl& saved, std::size_t c) { return saved.table.values[c * count + cell]; };
     const std::size_t negative = (at(keep, 0) < 0 ? 1 : 0) + (at(keep, 1) < 0 ? 1 : 0) + (at(keep, 2) < 0 ? 1 : 0);
     some += negative == 1 ? 1 : 0;
     all += negative == 3 ? 1 : 0;
@@ -236,7 +236,7 @@ TEST(MerlWriter, KeepsClampsOrMarksNegatives) {
   }
   ASSERT_GT(some, 0U);
   ASSERT_GT(all, 0U);
-  for (const Saved* saved : {&keep, &clamp, &unmeasured}) {
+  for (const SavedMerl* saved : {&keep, &clamp, &unmeasured}) {
     EXPECT_EQ(remark(saved->report, "some_negative_cells")->value, some);
     EXPECT_EQ(remark(saved->report, "all_negative_cells")->value, all);
   }
@@ -247,8 +247,9 @@ TEST(MerlWriter, KeepsClampsOrMarksNegatives) {
 TEST(MerlWriter, RefusesValuesThatAreNotFiniteUnlessTheyAreToBeMarked) {
   const FunctionSource source = source_of(
       [](const DirectionPair& pair, std::size_t) { return half_difference_from_pair(pair).theta_d > 1 ? kNan : 0.75; });
-  EXPECT_EQ(save(source, Options().set("merl-shape", "6,6,4")).error().code, ErrorCode::kInvalidFile);
-  const Saved saved = save(source, Options().set("merl-shape", "6,6,4").set("non-finite", "unmeasured")).value();
+  EXPECT_EQ(save_merl(source, Options().set("merl-shape", "6,6,4")).error().code, ErrorCode::kInvalidFile);
+  const SavedMerl saved =
+      save_merl(source, Options().set("merl-shape", "6,6,4").set("non-finite", "unmeasured")).value();
   const MerlShape shape = {6, 6, 4};
   const auto cells = cells_where(shape, [](std::uint64_t, const HalfDifference& angles) { return angles.theta_d > 1; });
   EXPECT_EQ(remark(saved.report, "non_finite_cells")->value, cells.size());
@@ -275,7 +276,7 @@ class LimitedSource final : public BrdfSource {
 
 TEST(MerlWriter, CountsCellsBeyondWhatTheSourceMeasured) {
   for (const double theta_max : {40.0, 80.0}) {
-    const Saved saved = save(LimitedSource(theta_max), Options().set("merl-shape", "15,18,12")).value();
+    const SavedMerl saved = save_merl(LimitedSource(theta_max), Options().set("merl-shape", "15,18,12")).value();
     const double limit = radians_from_degrees(theta_max);
     std::size_t beyond = 0;
     for (const std::uint64_t cell : cells_where(kShape, [](auto...) { return true; })) {
@@ -287,9 +288,9 @@ TEST(MerlWriter, CountsCellsBeyondWhatTheSourceMeasured) {
     EXPECT_EQ(told->value, beyond);
     EXPECT_THAT(told->text, HasSubstr("a guess"));
   }
-  EXPECT_EQ(
-      remark(save(LimitedSource(90), Options().set("merl-shape", "15,18,12")).value().report, "cells_beyond_theta_max"),
-      nullptr);
+  EXPECT_EQ(remark(save_merl(LimitedSource(90), Options().set("merl-shape", "15,18,12")).value().report,
+                   "cells_beyond_theta_max"),
+            nullptr);
 }
 
 /// Through a sliced file and back: `table` sliced, and the table written of that.
@@ -302,7 +303,7 @@ MerlTable there_and_back(const MerlTable& table, Report& report, std::string& me
   EXPECT_TRUE(saved) << saved.error().message;
   const auto sliced = open_source(std::make_shared<OwnedMemorySource>(std::move(sink).take())).value();
   metadata = sliced->sliced()->sliced.metadata;
-  return save(*sliced, Options().set("merl-shape", "15,18,12")).value().table;
+  return save_merl(*sliced, Options().set("merl-shape", "15,18,12")).value().table;
 }
 
 // The whole way that an unmeasured direction goes.

@@ -22,6 +22,7 @@ namespace sbrdf::internal {
 namespace {
 
 using small_files::Bytes;
+using small_files::source_of;
 using testing::Contains;
 using testing::Field;
 using testing::HasSubstr;
@@ -74,10 +75,6 @@ double distinct(std::uint32_t ti, std::uint32_t to, std::uint32_t pd, std::uint3
 }
 
 Bytes small_file() { return file_of(header_of(kCounts), planar(kCounts, distinct)); }
-
-std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
-  return std::make_shared<OwnedMemorySource>(std::move(bytes));
-}
 
 std::unique_ptr<BrdfSource> open(const Bytes& bytes, const Options& options = {}) {
   auto source = open_source(source_of(bytes), options);

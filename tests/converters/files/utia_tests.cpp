@@ -24,6 +24,7 @@ namespace sbrdf::internal {
 namespace {
 
 using small_files::Bytes;
+using small_files::source_of;
 using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -64,10 +65,6 @@ std::vector<double> numbers_in(const Bytes& bytes) {
   std::vector<double> numbers(bytes.size() / sizeof(double));
   std::memcpy(numbers.data(), bytes.data(), bytes.size());
   return numbers;
-}
-
-std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
-  return std::make_shared<OwnedMemorySource>(std::move(bytes));
 }
 
 std::unique_ptr<BrdfSource> open(const std::vector<double>& numbers, const UtiaConventions& conventions = {},

@@ -12,7 +12,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kFaces = 6;
+constexpr std::size_t kCubeFaces = 6;
 constexpr std::size_t kSampleColumns = 128;  // of their texture
 /// So near to the border of a texel [texels] a direction belongs to both sides: which one a driver reads is rounding.
 constexpr double kBorder = 1e-3;
@@ -21,12 +21,12 @@ constexpr double kBorder = 1e-3;
 struct Face {
   glm::dvec3 columns, rows, middle;
 };
-const std::array<Face, kFaces> kCube = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
-                                         {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
-                                         {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-                                         {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
-                                         {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
-                                         {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
+const std::array<Face, kCubeFaces> kCube = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
+                                             {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
+                                             {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+                                             {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
+                                             {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
+                                             {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
 
 glm::dvec3 direction_of(std::size_t face, double column, double row, std::size_t side) {
   const double half = static_cast<double>(side) / 2;
@@ -65,8 +65,8 @@ CubePlace cube_place(const glm::dvec3& w, std::size_t side) {
 
 Barycentric::Barycentric(const BrdfSource& source, std::span<const Ring> rings) : directions_(ring_directions(rings)) {
   const std::vector<Triangle> triangles = triangulate(rings);
-  texels_.resize(kFaces * kFaceSide * kFaceSide);
-  for (std::size_t face = 0; face < kFaces; ++face) fill_face(face, triangles);
+  texels_.resize(kCubeFaces * kFaceSide * kFaceSide);
+  for (std::size_t face = 0; face < kCubeFaces; ++face) fill_face(face, triangles);
   keep_directions();
   sample(source);
 }

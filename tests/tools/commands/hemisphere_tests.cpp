@@ -23,27 +23,28 @@ using testing::Not;
 
 // What the program says of directions that nobody measured, seen from the command line.
 
-constexpr std::array<std::int32_t, 3> kShape = {15, 18, 12};
+constexpr std::array<std::int32_t, 3> kHemisphereShape = {15, 18, 12};
 constexpr MerlShape kMerl = {15, 18, 12};
-constexpr std::size_t kCells = std::size_t{15} * 18 * 12;
+constexpr std::size_t kHemisphereCells = std::size_t{15} * 18 * 12;
 
 /// Grey and smooth, -1 below the horizon.
 std::vector<double> smooth_values() {
-  std::vector<double> values(3 * kCells, -1);
-  for (std::size_t cell = 0; cell < kCells; ++cell) {
+  std::vector<double> values(3 * kHemisphereCells, -1);
+  for (std::size_t cell = 0; cell < kHemisphereCells; ++cell) {
     const DirectionPair pair = merl_cell_centre(kMerl, cell);
     if (!above_horizon(pair)) continue;
     const double theta_h = half_difference_from_pair(pair).theta_h;
-    for (std::size_t c = 0; c < 3; ++c) values[c * kCells + cell] = 100 + 500 * std::exp(-9 * theta_h * theta_h);
+    for (std::size_t c = 0; c < 3; ++c)
+      values[c * kHemisphereCells + cell] = 100 + 500 * std::exp(-9 * theta_h * theta_h);
   }
   return values;
 }
 
 std::vector<double> with_holes() {
   std::vector<double> values = smooth_values();
-  for (std::size_t cell = 0; cell < kCells; ++cell) {
+  for (std::size_t cell = 0; cell < kHemisphereCells; ++cell) {
     if (half_difference_from_pair(merl_cell_centre(kMerl, cell)).theta_d < radians_from_degrees(70)) continue;
-    for (std::size_t c = 0; c < 3; ++c) values[c * kCells + cell] = -1;
+    for (std::size_t c = 0; c < 3; ++c) values[c * kHemisphereCells + cell] = -1;
   }
   return values;
 }
@@ -68,7 +69,7 @@ TEST(ThetaMax, IsThatOfTheSourceOrThePapersAndIsTold) {
   const ScratchFolder folder;
   const std::string table = folder / "in.binary";
   const std::string out = folder / "out.sbrdf";
-  write_bytes(table, merl_bytes(kShape, smooth_values()));
+  write_bytes(table, merl_bytes(kHemisphereShape, smooth_values()));
   const auto told = [&](const std::vector<std::string>& arguments, const std::string& in) {
     std::vector<std::string> all = {in, out, "--json"};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -133,7 +134,7 @@ TEST(UnmeasuredDirections, AreToldByInfoAndKeptByPartsAndCopies) {
   const ScratchFolder folder;
   const std::string table = folder / "in.binary";
   const std::string sliced = folder / "out.sbrdf";
-  write_bytes(table, merl_bytes(kShape, with_holes()));
+  write_bytes(table, merl_bytes(kHemisphereShape, with_holes()));
   EXPECT_THAT(run_sbrdf({"info", table}).out, HasSubstr("cells unmeasured above the horizon"));
   const ProgramRun run = convert({table, sliced}, kQuick);
   ASSERT_EQ(run.exit_code, 0) << run.err;
@@ -157,9 +158,9 @@ TEST(NonFiniteValues, OfAMerlTableAreHolesThatAreToldUnlessRefused) {
   const ScratchFolder folder;
   std::vector<double> values = smooth_values();
   values[0] = std::numeric_limits<double>::quiet_NaN();
-  values[2 * kCells + 30] = std::numeric_limits<double>::infinity();
+  values[2 * kHemisphereCells + 30] = std::numeric_limits<double>::infinity();
   const std::string in = folder / "in.binary";
-  write_bytes(in, merl_bytes(kShape, values));
+  write_bytes(in, merl_bytes(kHemisphereShape, values));
   const ProgramRun run = convert({in, folder / "out.sbrdf"}, kQuick);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("2 of 3,240 cells with a value that is NaN, infinite"));
@@ -175,16 +176,16 @@ TEST(NegativeValues, AreWhatThePolicySaysOnTheWayInAndOut) {
   values[5] = -3;
   const std::string in = folder / "in.binary";
   const std::string out = folder / "out.binary";
-  write_bytes(in, merl_bytes(kShape, values));
+  write_bytes(in, merl_bytes(kHemisphereShape, values));
   const auto red_and_green = [&](const char* policy) {
     const ProgramRun run = convert({in, out, "--negatives", policy});
     EXPECT_EQ(run.exit_code, 0) << run.err;
     const MerlTable table = parse_merl(read_bytes(out)).value();
-    return std::array<double, 2>{table.values[5], table.values[kCells + 5]};
+    return std::array<double, 2>{table.values[5], table.values[kHemisphereCells + 5]};
   };
   EXPECT_EQ(red_and_green("keep")[0], -3);
   EXPECT_NEAR(red_and_green("clamp")[0], 0, 1e-6);
-  EXPECT_NEAR(red_and_green("clamp")[1], values[kCells + 5], 1e-3);
+  EXPECT_NEAR(red_and_green("clamp")[1], values[kHemisphereCells + 5], 1e-3);
   EXPECT_EQ(red_and_green("unmeasured"), (std::array<double, 2>{-1, -1}));
   EXPECT_THAT(run_sbrdf({"convert", "--help"}).out, HasSubstr("--negatives keep|clamp|unmeasured"));
   expect_failure(convert({"kurt:wood01", folder / "out.sbrdf", "--negatives", "clamp"}), 1, "kurt:wood01",

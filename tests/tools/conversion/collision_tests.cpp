@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 using testing::ElementsAre;
 
-const std::string kGrid = "difference/0:45:45:45";
+const std::string kCollisionGrid = "difference/0:45:45:45";
 
 /// A table "in.npy" with its description, and a link to the folder that both lie in.
 class Collisions : public testing::Test {
@@ -30,7 +30,7 @@ class Collisions : public testing::Test {
 
   [[nodiscard]] std::string at(const std::string& name) const { return folder_ / ("work/" + name); }
   [[nodiscard]] ProgramRun write(const std::string& name, std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"convert", "kurt:wood01", at(name), "--to", "npy", "--grid", kGrid});
+    more.insert(more.begin(), {"convert", "kurt:wood01", at(name), "--to", "npy", "--grid", kCollisionGrid});
     return run_sbrdf(more);
   }
   [[nodiscard]] std::vector<std::string> names() const {
@@ -95,8 +95,8 @@ TEST_F(Collisions, OfADescriptionWithAFileOfAnotherKindAreRefused) {
   EXPECT_EQ(read_text(at("out.npy.json")), R"({"mine": 1})");
   EXPECT_THAT(names(), ElementsAre("in.npy", "in.npy.json", "out.npy.json"));
   write_bytes(at("out.npy.json"), bytes_of(small_files::kKurtJson));
-  expect_failure(run_sbrdf({"convert", "kurt:" + at("out.npy.json"), at("out.npy"), "--grid", kGrid}), 1, at("out.npy"),
-                 at("out.npy.json") + " is an input");
+  expect_failure(run_sbrdf({"convert", "kurt:" + at("out.npy.json"), at("out.npy"), "--grid", kCollisionGrid}), 1,
+                 at("out.npy"), at("out.npy.json") + " is an input");
   fs::remove(at("out.npy.json"));
   fs::create_directory(at("out.npy.json"));
   expect_failure(write("out.npy"), 2, at("out.npy"), "is a directory");
@@ -157,10 +157,11 @@ TEST_F(Collisions, OfAReportWithAnythingButAnOlderReportAreRefused) {
 
 TEST_F(Collisions, WithADescriptionThatIsNotThereYetAreRefused) {
   fs::remove(at("in.npy.json"));
-  expect_failure(run_sbrdf({"convert", at("in.npy"), at("in.npy.json"), "--to", "csv", "--grid", kGrid}), 1,
+  expect_failure(run_sbrdf({"convert", at("in.npy"), at("in.npy.json"), "--to", "csv", "--grid", kCollisionGrid}), 1,
                  at("in.npy.json"), "belongs to an input");
-  expect_failure(run_sbrdf({"convert", at("in.npy"), at("out.csv"), "--grid", kGrid, "--report", at("./in.npy.json")}),
-                 1, at("./in.npy.json"), "is an input");
+  expect_failure(
+      run_sbrdf({"convert", at("in.npy"), at("out.csv"), "--grid", kCollisionGrid, "--report", at("./in.npy.json")}), 1,
+      at("./in.npy.json"), "is an input");
   fs::create_symlink("out.npy", at("out.npy.json"));
   expect_failure(write("out.npy"), 1, at("out.npy"), "is a link to it");
   EXPECT_THAT(names(), ElementsAre("in.npy", "out.npy.json"));
