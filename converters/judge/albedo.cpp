@@ -147,10 +147,18 @@ class Integral {
     }
     values_.resize(pairs.size() * channels_);
     evaluate_in_parallel(source_, pairs, values_);
+    count_unmeasured(pairs);
     result_.evaluations += pairs.size();
     sums_.resize(slots_ * channels_);
     errors_.resize(slots_ * channels_);
     for (std::size_t k = 0; k < rectangles.size(); ++k) measure_one(rectangles[k], std::span(pairs), k);
+  }
+
+  void count_unmeasured(std::span<const DirectionPair> pairs) {
+    if (!source_.mask_grid()) return;
+    std::vector<std::uint8_t> flags(pairs.size());
+    source_.measured(pairs, flags);
+    result_.unmeasured += static_cast<std::uint64_t>(std::count(flags.begin(), flags.end(), 0));
   }
 
   void measure_one(Rectangle& at, std::span<const DirectionPair> pairs, std::size_t number) {

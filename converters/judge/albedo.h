@@ -23,6 +23,7 @@ struct Albedo {
   std::uint64_t evaluations = 0;  ///< pairs that were evaluated
   bool reached = false;           ///< every error is within the accuracy
   std::uint64_t not_finite = 0;   ///< values that were NaN or infinite, taken as 0
+  std::uint64_t unmeasured = 0;   ///< pairs that the source did not measure; what it says there counts
 
   [[nodiscard]] double total(std::size_t channel) const { return measured[channel] + beyond[channel]; }
 };

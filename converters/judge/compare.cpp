@@ -157,7 +157,7 @@ class Comparer {
           measured += block.measured;
         });
     if (!done) return interrupted_error();
-    if (measured == 0) return usage_error("the reference measured none of these directions");
+    if (measured == 0) return usage_error("reference and test have measured none of these directions both");
     Comparison result{errors.all(relative),     errors.channels(relative), false_values, floor, measured,
                       pairs_.size() - measured, pairs_.stands_for()};
     return result;
@@ -187,19 +187,22 @@ class Comparer {
     return !counter.stopped();
   }
 
-  // Of a block, those that the reference measured.
+  // Of a block, those that both measured.
   std::vector<WeightedPair> measured_pairs(std::uint64_t block) const {
-    std::vector<WeightedPair> all = pairs_.block(block);
-    if (!reference_.mask_grid()) return all;
-    std::vector<DirectionPair> pairs;
-    for (const WeightedPair& at : all) pairs.push_back(at.pair);
-    std::vector<std::uint8_t> flags(pairs.size());
-    reference_.measured(pairs, flags);
-    std::vector<WeightedPair> measured;
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      if (flags[k] == 1) measured.push_back(all[k]);
+    std::vector<WeightedPair> left = pairs_.block(block);
+    for (const BrdfSource* source : {&reference_, &test_}) {
+      if (!source->mask_grid()) continue;
+      std::vector<DirectionPair> pairs;
+      for (const WeightedPair& at : left) pairs.push_back(at.pair);
+      std::vector<std::uint8_t> flags(pairs.size());
+      source->measured(pairs, flags);
+      std::vector<WeightedPair> measured;
+      for (std::size_t k = 0; k < left.size(); ++k) {
+        if (flags[k] == 1) measured.push_back(left[k]);
+      }
+      left = std::move(measured);
     }
-    return measured;
+    return left;
   }
 
   // How many pairs were measured.

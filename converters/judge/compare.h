@@ -27,13 +27,13 @@ struct Comparison : ErrorFigures {
   FalseValues false_values;            ///< none, and not complete, where they were not looked for
   double floor = 0;                    ///< that was used [1/sr]
   std::uint64_t directions = 0;        ///< pairs evaluated
-  std::uint64_t unmeasured = 0;        ///< pairs left out, as the reference did not measure them
+  std::uint64_t unmeasured = 0;        ///< pairs left out, which one of the two did not measure
   std::uint64_t grid_directions = 0;   ///< pairs of the grid that these stand for, each as often as any other
 };
 
-/// Pairs that the reference did not measure are left out. Where both sources are isotropic, only pairs of the grid with
-/// phi_v = 0 are evaluated: the same means. The same bits for any number of threads. False values are looked for until
-/// 10,000 were found, by the strict count if that is made, or 1,000 in one block of pairs. kUnsupported where the
+/// Pairs that one of the two did not measure are left out. Where both sources are isotropic, only pairs of the grid
+/// with phi_v = 0 are evaluated: the same means. The same bits for any number of threads. False values are looked for
+/// until 10,000 were found, by the strict count if that is made, or 1,000 in one block of pairs. kUnsupported where the
 /// numbers of channels differ; kUsage for options out of range and where no pair was measured; interrupted_error().
 [[nodiscard]] Result<Comparison> compare_sources(const BrdfSource& reference, const BrdfSource& test,
                                                  const CompareOptions& options, const Progress& progress = {});

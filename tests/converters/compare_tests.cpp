@@ -388,7 +388,7 @@ class HoleySource final : public BrdfSource {
   SourceTraits traits_;
 };
 
-TEST(Compare, LeavesOutWhatTheReferenceDidNotMeasureAndCountsIt) {
+TEST(Compare, LeavesOutWhatOneOfTheTwoDidNotMeasureAndCountsIt) {
   const FunctionSource test([](const DirectionPair&, std::size_t) { return 1.25; },
                             {.isotropic = true, .reciprocal = true, .channels = {"grey"}});
   CompareOptions options;
@@ -399,6 +399,9 @@ TEST(Compare, LeavesOutWhatTheReferenceDidNotMeasureAndCountsIt) {
   EXPECT_NEAR(result.rel_l1_percent, 25, 1e-9);
   EXPECT_EQ(result.directions, 3U * 5 * 18) << "of theta_i 0, 20, 40";
   EXPECT_EQ(result.unmeasured, 2U * 5 * 18);
+  const Comparison exchanged = compare_sources(test, HoleySource(), options).value();
+  EXPECT_NEAR(exchanged.mre_percent, 20, 1e-9) << "what the test did not measure is no error of it";
+  EXPECT_EQ(exchanged.unmeasured, result.unmeasured);
   options.floor = 0.5;
   EXPECT_EQ(compare_sources(test, test, options).value().unmeasured, 0U);
 }

@@ -69,7 +69,8 @@ Json albedo_json(const Albedo& albedo, const SourceTraits& traits) {
           {"error", albedo.error},
           {"accuracy_reached", albedo.reached},
           {"light_beyond_theta_max", degrees(albedo.i.theta) > traits.theta_max_deg + 1e-9},
-          {"evaluations", albedo.evaluations}};
+          {"evaluations", albedo.evaluations},
+          {"unmeasured_evaluations", albedo.unmeasured}};
 }
 
 Json shares_json(const CheckReport& report, const SourceTraits& traits) {
@@ -187,7 +188,10 @@ void print_albedos(const CheckReport& report, const SourceTraits& traits) {
     row.push_back(fmt::format("{:.1g}", largest(albedo.error)));
     if (beyond) row.push_back(percent(100 * made_up_sum / sum));
     const bool made_up = degrees(albedo.i.theta) > traits.theta_max_deg + 1e-9;
-    row.emplace_back(made_up ? "beyond theta_max, made up" : albedo.reached ? "" : "accuracy not reached");
+    row.emplace_back(made_up                 ? "beyond theta_max, made up"
+                     : albedo.unmeasured > 0 ? "in part not measured, made up there"
+                     : albedo.reached        ? ""
+                                             : "accuracy not reached");
     table.add(row);
   }
   table.print();

@@ -185,7 +185,7 @@ void print_as_table(const CompareCommand& command, const SourceTraits& traits, c
   table.add({"test r", command.test});
   table.add({"directions", directions_text(options, result)});
   if (result.unmeasured > 0) {
-    table.add({"", format_count(result.unmeasured) + " more are left out, as the reference did not measure them"});
+    table.add({"", format_count(result.unmeasured) + " more are left out, which one of the two did not measure"});
   }
   if (result.max_relative_percent > 0) table.add({"largest %", place_text(result.max_relative_at, traits.channels)});
   if (result.max_abs > 0) table.add({"largest |f - r|", place_text(result.max_abs_at, traits.channels)});
