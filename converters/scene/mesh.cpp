@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -25,19 +29,62 @@ namespace {
 using Numbers = std::vector<tinyobj::real_t>;
 using Corners = std::array<tinyobj::index_t, 3>;
 
-/// The reader takes what is no number for 0.
-Status check_numbers(std::string_view text) {
+constexpr double kFarthest = 1e9;  // as of a scene
+
+/// Fields of "v", and of "vn" and "vt", that a line needs at least.
+std::size_t least_numbers(std::string_view keyword) { return keyword == "vt" ? 1 : 3; }
+
+Status check_numbers(std::span<const std::string_view> fields) {
+  if (fields.size() < least_numbers(fields[0]) + 1) return invalid_file("has too few numbers");
+  for (const std::string_view field : fields.subspan(1)) {
+    const FieldNumber number = read_field(field);
+    if (number.kind != FieldNumber::Kind::kFinite) {
+      return invalid_file(fmt::format("'{}' is no finite number", field_text(field)));
+    }
+    if (std::abs(number.value) > kFarthest) return invalid_file(fmt::format("'{}' is too far", field_text(field)));
+  }
+  return ok_status();
+}
+
+/// A corner "v", "v/vt", "v//vn" or "v/vt/vn" of indices that are not 0 and fit 32 bits.
+bool is_corner(std::string_view field) {
+  for (std::size_t part = 0; part < 3; ++part) {
+    const std::size_t end = std::min(field.find('/'), field.size());
+    const std::string_view number = field.substr(0, end);
+    std::int32_t index = 0;
+    const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), index);
+    const bool is_index = error == std::errc() && stop == number.data() + number.size() && index != 0;
+    if (!is_index && (part == 0 || !number.empty())) return false;
+    if (end == field.size()) return is_index;
+    field.remove_prefix(end + 1);
+  }
+  return false;
+}
+
+Status check_corners(std::span<const std::string_view> fields) {
+  for (const std::string_view field : fields.subspan(1)) {
+    if (!is_corner(field)) return invalid_file(fmt::format("'{}' is no corner of a face", field_text(field)));
+  }
+  return ok_status();
+}
+
+/// The reader takes what is no number for 0, and wraps indices; comments behind numbers it does not know.
+Result<std::string> checked(std::string_view text) {
+  std::string kept;
+  kept.reserve(text.size() + 1);
   LineWalker lines(text);
   std::vector<std::string_view> fields;
   while (const std::optional<TextLine> line = lines.next()) {
-    split_fields(line->text, Separator::kBlanks, fields);
-    if (fields.empty() || (fields[0] != "v" && fields[0] != "vn" && fields[0] != "vt")) continue;
-    for (std::size_t k = 1; k < fields.size(); ++k) {
-      if (read_field(fields[k]).kind == FieldNumber::Kind::kFinite) continue;
-      return invalid_file(fmt::format("line {}: '{}' is no finite number", line->number, field_text(fields[k])));
-    }
+    const std::string_view content = line->text.substr(0, line->text.find('#'));
+    split_fields(content, Separator::kBlanks, fields);
+    const std::string_view keyword = fields.empty() ? std::string_view() : fields[0];
+    Status sound = ok_status();
+    if (keyword == "v" || keyword == "vn" || keyword == "vt") sound = check_numbers(fields);
+    if (keyword == "f") sound = check_corners(fields);
+    if (!sound) return invalid_file(fmt::format("line {}: {}", line->number, sound.error().message));
+    kept.append(content).push_back('\n');
   }
-  return ok_status();
+  return kept;
 }
 
 /// `size` numbers of a list; nothing where the index is of none, or one is not finite.
@@ -79,6 +126,7 @@ Result<std::optional<Patch>> triangle(const tinyobj::attrib_t& attributes, const
   if (!(glm::length(normal) > 0)) return std::optional<Patch>();
   for (std::size_t k = 0; k < 3; ++k) {
     const std::optional<glm::dvec3> given = entry(attributes.normals, corners[k].normal_index, 3);
+    if (corners[k].normal_index >= 0 && !given) return invalid_file("a face has a normal that is not there");
     patch.normals[k] = unit_or(given.value_or(normal), unit_or(normal, {0, 0, 1}));
   }
   patch.tangent = tangent_of(attributes, corners, patch.points).value_or(glm::dvec3(1, 0, 0));
@@ -106,13 +154,14 @@ Status add_polygons(const tinyobj::attrib_t& attributes, const tinyobj::mesh_t& 
 }  // namespace
 
 Result<std::vector<Patch>> read_obj(std::string_view text) {
-  if (Status sound = check_numbers(text); !sound) return sound.error();
+  Result<std::string> sound = checked(text);
+  if (!sound) return sound.error();
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;
   std::string warnings;
   std::string errors;
-  std::istringstream stream{std::string(text)};
+  std::istringstream stream{*std::move(sound)};
   constexpr bool kTriangulate = false;
   if (!tinyobj::LoadObj(&attributes, &shapes, &materials, &warnings, &errors, &stream, nullptr, kTriangulate, false)) {
     return invalid_file("no Wavefront OBJ: " + errors.substr(0, errors.find('\n')));

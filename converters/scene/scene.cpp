@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "converters/files/atlas/manifest_members.h"
@@ -31,13 +32,28 @@ class SceneReader {
 
   Result<Scene> read(const Json& json) {
     Scene scene;
-    for (const Json& camera : list(json, "cameras")) scene.cameras.push_back(read_camera(camera));
-    if (has(json, "lights")) {
-      for (const Json& light : list(json, "lights")) scene.lights.push_back(read_light(light));
+    members_.only(json, {"cameras", "lights", "objects", "environment"});
+    const auto enter = [&](const char* name, std::size_t number) {
+      members_.enter(fmt::format("{}[{}]", name, number));
+    };
+    for (const Json& camera : list(json, "cameras")) {
+      enter("cameras", scene.cameras.size());
+      scene.cameras.push_back(read_camera(camera));
     }
+    members_.enter("");
+    if (has(json, "lights")) {
+      for (const Json& light : list(json, "lights")) {
+        enter("lights", scene.lights.size());
+        scene.lights.push_back(read_light(light));
+      }
+      members_.enter("");
+    }
+    std::size_t objects = 0;
     for (const Json& object : list(json, "objects")) {
+      enter("objects", objects++);
       if (Status added = add_object(object, scene.patches); !added) return added.error();
     }
+    members_.enter("");
     if (has(json, "environment")) {
       Result<Environment> environment = read_environment(json.at("environment"));
       if (!environment) return environment.error();
@@ -69,6 +85,7 @@ class SceneReader {
 
   SceneCamera read_camera(const Json& json) {
     SceneCamera camera;
+    members_.only(json, {"name", "position", "target", "up", "fov_deg", "aspect"});
     camera.position = place(json, "position");
     const glm::dvec3 way = place(json, "target") - camera.position;
     if (!(glm::length(way) > 1e-9)) members_.refuse("target", "is where the camera is");
@@ -84,7 +101,11 @@ class SceneReader {
   }
 
   SceneLight read_light(const Json& json) {
-    if (has(json, "direction")) return {true, direction(json, "direction")};
+    members_.only(json, {"name", "direction", "position"});
+    if (has(json, "direction")) {
+      if (has(json, "position")) members_.refuse("position", "stands beside 'direction': a light has one of them");
+      return {true, direction(json, "direction")};
+    }
     return {false, place(json, "position")};
   }
 
@@ -93,14 +114,17 @@ class SceneReader {
     const std::string shape = members_.text(json, "shape");
     std::vector<Patch> more;
     if (shape == "plane") {
+      members_.only(json, {"name", "material", "shape", "center", "normal", "tangent", "width", "height"});
       more = plane_patches(place(json, "center"), direction(json, "normal"),
                            has(json, "tangent") ? direction(json, "tangent") : glm::dvec3(1, 0, 0),
                            members_.number(json, "width", 1e-6, kFarthest),
                            members_.number(json, "height", 1e-6, kFarthest));
     } else if (shape == "sphere") {
+      members_.only(json, {"name", "material", "shape", "center", "radius", "axis"});
       more = sphere_patches(place(json, "center"), members_.number(json, "radius", 1e-6, kFarthest),
                             has(json, "axis") ? direction(json, "axis") : glm::dvec3(0, 1, 0));
     } else if (shape == "mesh") {
+      members_.only(json, {"name", "material", "shape", "file"});
       Result<std::vector<Patch>> mesh = read_mesh(members_.file_name(json, "file"));
       if (!mesh) return mesh.error();
       more = *std::move(mesh);
@@ -140,6 +164,7 @@ class SceneReader {
   Result<Environment> read_environment(const Json& json) {
     Environment environment{kCellsAround, kCellsAround / 2, std::vector<bool>(kCellsAround * kCellsAround / 2, true)};
     if (json.is_boolean() && json.get<bool>()) return environment;
+    if (!json.is_string()) members_.refuse("environment", "is neither true nor the name of an EXR file");
     const std::string name = members_.file_name(Json{{"environment", json}}, "environment");
     const Result<std::shared_ptr<const ByteSource>> bytes = neighbour(name);
     if (!bytes) return bytes.error();

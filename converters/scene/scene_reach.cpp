@@ -53,11 +53,12 @@ glm::dvec3 to_light(const SceneLight& light, const SurfacePoint& point) {
 /// Splits surfaces until they hardly turn.
 class Pieces {
  public:
-  Pieces(const Scene& scene, const SceneCamera& camera, std::vector<Piece>& pieces)
-      : scene_(scene), camera_(camera), pieces_(pieces) {}
+  Pieces(const Scene& scene, const SceneCamera& camera, std::vector<Piece>& pieces, ProgressCounter& looks)
+      : scene_(scene), camera_(camera), pieces_(pieces), looks_(looks) {}
 
-  /// False where there are too many.
+  /// False where there are too many, or the work should stop.
   bool add(const Patch& patch, int splits = 0) {
+    if (!looks_.advance()) return false;
     const Piece piece = look_at(patch);
     if (!is_in_view(piece) || faces_away(piece)) return true;
     if (piece.turned <= kPiece || splits == kMostSplits) {
@@ -111,6 +112,7 @@ class Pieces {
   const Scene& scene_;
   const SceneCamera& camera_;
   std::vector<Piece>& pieces_;
+  ProgressCounter& looks_;
 };
 
 /// What the cells of a piece depend on, in bins of kBin degrees: pieces that agree count once.
@@ -137,15 +139,11 @@ class SceneReach {
   SceneReach(const Scene& scene, const AtlasLayout& axes) : scene_(scene), axes_(axes), found_(cell_counts(axes)) {}
 
   Result<AtlasCells> find(const Progress& progress) {
+    StepwiseProgress steps(progress);
     std::vector<Piece> pieces;
-    for (const SceneCamera& camera : scene_.cameras) {
-      Pieces seen(scene_, camera, pieces);
-      for (const Patch& patch : scene_.patches) {
-        if (!seen.add(patch)) return unsupported("the scene has more than a million pieces of surface in view");
-      }
-    }
+    if (Status cut = cut_up(steps.step(kShareOfCutting), pieces); !cut) return cut.error();
     drop_repeated(pieces);
-    ProgressCounter counter(progress, pieces.size());
+    ProgressCounter counter(steps.step(1), pieces.size());
     parallel_blocks(pieces.size(), kBlock, [&](std::size_t first, std::size_t size) {
       if (counter.stopped()) return;
       ReachedCells reach(axes_);
@@ -160,6 +158,20 @@ class SceneReach {
 
  private:
   static constexpr std::size_t kBlock = 64;
+  static constexpr double kShareOfCutting = 0.3;
+
+  Status cut_up(const Progress& progress, std::vector<Piece>& pieces) const {
+    ProgressCounter looks(progress, kMostPieces + kMostPieces / 3);
+    for (const SceneCamera& camera : scene_.cameras) {
+      Pieces seen(scene_, camera, pieces, looks);
+      for (const Patch& patch : scene_.patches) {
+        if (seen.add(patch)) continue;
+        if (looks.stopped()) return interrupted_error();
+        return unsupported("the scene has more than a million pieces of surface in view");
+      }
+    }
+    return ok_status();
+  }
 
   // Only an environment makes each piece dear, and only what it leaves dark makes the frame matter.
   void drop_repeated(std::vector<Piece>& pieces) const {

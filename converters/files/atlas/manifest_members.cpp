@@ -32,6 +32,18 @@ void check_domain(MemberReader& reader, const AtlasDomain& domain) {
   if (domain.grey_divisor != 0 && !expected) reader.refuse("grey_divisor", "is neither 0 nor 3 and all 'grey_shares'");
 }
 
+/// " from byte 17 on", where text ends to be JSON.
+std::string place_of_error(std::string_view text) {
+  try {
+    const Json kept = Json::parse(text, [](int, Json::parse_event_t, Json&) { return false; });  // nothing
+    return kept.empty() ? "" : ": more than that";
+  } catch (const Json::parse_error& error) {
+    return " from byte " + std::to_string(error.byte) + " on";
+  } catch (const Json::exception& error) {
+    return std::string(": ") + error.what();
+  }
+}
+
 }  // namespace
 
 Result<Json> parse_manifest_json(std::string_view text) {
@@ -47,7 +59,7 @@ Result<Json> parse_manifest_json(std::string_view text) {
   };
   Json json = Json::parse(text, keep, false);
   if (too_much) return invalid_file("JSON that is nested too deeply, or an object with too many members");
-  if (json.is_discarded()) return invalid_file("is no JSON");
+  if (json.is_discarded()) return invalid_file("is no JSON" + place_of_error(text));
   return json;
 }
 

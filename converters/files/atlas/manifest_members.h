@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -22,8 +24,10 @@ class MemberReader {
   using Json = nlohmann::ordered_json;
 
   void refuse(const std::string& member, const std::string& what) {
-    if (!error_) error_ = "'" + member + "' " + what;
+    if (!error_) error_ = within_ + "'" + member + "' " + what;
   }
+  /// What is read next lies in "cameras[2]", which errors then say; empty: at the top.
+  void enter(const std::string& place) { within_ = place.empty() ? "" : place + ": "; }
   [[nodiscard]] const std::optional<std::string>& error() const { return error_; }
 
   /// null where there is none.
@@ -104,8 +108,17 @@ class MemberReader {
     return kEmpty;
   }
 
+  /// Refuses members that are none of these, as a misspelt one would be without effect.
+  void only(const Json& json, std::initializer_list<std::string_view> names) {
+    if (!json.is_object()) return;
+    for (const auto& entry : json.items()) {
+      if (std::find(names.begin(), names.end(), entry.key()) == names.end()) refuse(entry.key(), "is not known here");
+    }
+  }
+
  private:
   std::optional<std::string> error_;
+  std::string within_;
 };
 
 /// kInvalidFile for text that is no JSON, or too deep or full to be a manifest.

@@ -6,8 +6,10 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
@@ -208,6 +210,23 @@ TEST(SceneReach, IsTheSameForAnyNumberOfThreadsAndCanBeStopped) {
   EXPECT_EQ(stopped.error().code, interrupted_error().code);
 }
 
+TEST(SceneReach, CanBeStoppedWhileSurfacesAreCutUp) {
+  std::string lights;
+  for (int k = 0; k < 64; ++k) {
+    lights +=
+        fmt::format(R"({}{{"position": [{}, 0.001, {}]}})", k == 0 ? "" : ", ", k % 8 * 0.4 - 1.5, k / 8 * 0.3 - 1);
+  }
+  const Scene scene = scene_of(scene_text(kFloor, R"("lights": [)" + lights + "]"));
+  double last = 0;
+  const Result<AtlasCells> stopped = reach_of_scene(scene, some_axes()[0], {[&](double fraction) {
+                                                      last = fraction;
+                                                      return false;
+                                                    }});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, interrupted_error().code);
+  EXPECT_LT(last, 0.01);
+}
+
 TEST(SceneReach, IsRefusedWhereNothingIsSeenOrLit) {
   for (const std::string light :
        {R"("lights": [{"direction": [0, -1, 0]}])", R"("lights": [{"position": [0, -2, 0]}])"}) {
@@ -249,6 +268,40 @@ TEST(SceneFile, IsRefusedWithTheMemberThatIsWrong) {
   EXPECT_THAT(error_of(R"({"cameras": [{"position": [1, 2, 3], "target": [1, 2, 3], "fov_deg": 30}], "objects": [)" +
                        std::string(kFloor) + "], " + sun + "}"),
               HasSubstr("'target' is where the camera is"));
+}
+
+TEST(SceneFile, ErrorsSayWhichEntryIsWrongAndUnknownMembersAreErrors) {
+  const std::string sun = R"("lights": [{"direction": [0, 1, 0]}])";
+  const std::string floor = kFloor;
+  EXPECT_THAT(error_of(scene_text(floor + R"(, {"shape": "sphere", "radius": 1})", sun)),
+              HasSubstr("objects[1]: 'center' is missing"));
+  EXPECT_THAT(error_of(scene_text(floor, R"("lights": [{"direction": [0, 1, 0]}, {}])")),
+              HasSubstr("lights[1]: 'position' is missing"));
+  EXPECT_THAT(error_of(R"({"cameras": [{}], "objects": []})"), HasSubstr("cameras[0]: 'position' is missing"));
+  EXPECT_THAT(error_of(scene_text(floor, sun + R"(, "ligths": [])")), HasSubstr("'ligths' is not known"));
+  EXPECT_THAT(error_of(scene_text(R"({"radios": 1, )" + std::string(kSphere + 1), sun)),
+              HasSubstr("objects[0]: 'radios' is not known"));
+  EXPECT_THAT(error_of(scene_text(floor, R"("lights": [{"direction": [0, 1, 0], "position": [0, 1, 0]}])")),
+              HasSubstr("lights[0]: 'position' stands beside 'direction'"));
+  EXPECT_THAT(error_of(R"({"cameras": [1, 2,]})"), HasSubstr("is no JSON from byte 19 on"));
+}
+
+TEST(ObjMesh, SaysWhichLineIsWrong) {
+  const std::string triangle = "v 0 0 0 # the origin\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_TRUE(read_obj(triangle + "f 1 2 3\n"));
+  EXPECT_TRUE(read_obj(triangle + "vn 0 0 1\nf 1//1 2//1 3//-1 # done\n"));
+  for (const auto& [line, what] :
+       std::vector<std::pair<std::string, std::string>>{{"f 1 4294967299 2", "line 4: '4294967299'"},
+                                                        {"f 1 0 2", "line 4: '0'"},
+                                                        {"f 1/x 2 3", "line 4: '1/x'"},
+                                                        {"f 1/1/1/1 2 3", "line 4: '1/1/1/1'"},
+                                                        {"v 0 0", "line 4: has too few numbers"},
+                                                        {"v 1e300 0 0", "line 4: '1e300' is too far"},
+                                                        {"f 1//9 2//9 3//9", "a normal that is not there"}}) {
+    const Result<std::vector<Patch>> patches = read_obj(triangle + line + "\nf 1 2 3\n");
+    ASSERT_FALSE(patches) << line;
+    EXPECT_THAT(patches.error().message, HasSubstr(what)) << line;
+  }
 }
 
 TEST(ObjMesh, IsRefusedWhereItIsNone) {
