@@ -122,6 +122,9 @@ struct Format {
   std::string_view beside = {};
   bool (*is_beside)(std::string_view text) = nullptr;
 
+  /// The names of further files, in its folder, that such a file consists of; none where it is damaged.
+  std::vector<std::string> (*consists_of)(const ByteSource& bytes) = nullptr;
+
   /// The library that reads the files is brought down by some damaged ones: a program tries each in a process of its
   /// own first (formats/os/trial.h).
   bool fragile = false;

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/atlas/atlas_file.h"
+#include "converters/files/atlas/manifest.h"
 #include "converters/files/csv/csv_file.h"
 #include "converters/files/dense/table_head.h"
 #include "converters/files/exr/exr_file.h"
@@ -20,8 +22,6 @@
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
 #include "converters/files/ngan/ngan.h"
-#include "converters/files/atlas/atlas_file.h"
-#include "converters/files/atlas/manifest.h"
 #include "converters/files/npy/npy_file.h"
 #include "converters/files/rgl/rgl.h"
 #include "converters/files/rgl/rgl_writer.h"
@@ -191,8 +191,12 @@ const std::array kFormats = {
            .capabilities = {Capability::kRead},
            .holds = {.non_reciprocal = false, .values = "texels"},
            .options = {},
-           .recognise = [](Head head, std::uint64_t) { return whole_if(recognises_manifest({reinterpret_cast<const char*>(head.data()), head.size()})); },
-           .open = open_atlas},
+           .recognise =
+               [](Head head, std::uint64_t) {
+                 return whole_if(recognises_manifest({reinterpret_cast<const char*>(head.data()), head.size()}));
+               },
+           .open = open_atlas,
+           .consists_of = files_of_atlas},
     Format{.name = "exr",
            .extension = ".exr",
            .description = "dense table as an OpenEXR image, rows of light and columns of view",

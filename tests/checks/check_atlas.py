@@ -276,7 +276,7 @@ def check_bad_outputs(program, folder, sliced):
         refused(folder, 2, (name, "directory"), *atlas, folder / "theirs")
         (folder / name).rmdir()
     # Inputs are not replaced: neither the manifest nor the texture that belongs to it.
-    refused(folder, 1, ("coarse.json", "is an input"), program, "atlas", folder / "coarse.json", folder / "coarse")
+    refused(folder, 1, ("coarse.ktx2", "is an input"), program, "atlas", folder / "coarse.json", folder / "coarse")
     moved = json.loads((folder / "coarse.json").read_text())
     (folder / "moved.json").write_text(json.dumps(moved, separators=(",", ":")))
     (folder / "coarse.json").rename(folder / "kept")

@@ -140,7 +140,7 @@ int run_engine(const AtlasCommand& command, const BrdfSource& source) {
   const Result<MadeAtlas> made = make_with_bar(source, *needed, command);
   if (!made) return report_error(command.in, made.error());
   const Result<Written> written = write_files(*made, paths, command, source.traits());
-  if (!written) return report_error(command.prefix, written.error());
+  if (!written) return report_error("", written.error());
   if (!command.json) {
     print_atlas(*made, paths, *written, command, watch.seconds());
     return 0;
@@ -190,8 +190,17 @@ int run_atlas(const AtlasCommand& command) {
   if (Status held = check_atlas_channels(opened->source->channel_count()); !held) {
     return report_error(command.in, held.error());
   }
-  return command.layout == AtlasLayoutName::kPaper ? run_paper(command, *opened->source)
-                                                   : run_engine(command, *opened->source);
+  const std::vector<std::string> former = files_of_former(paths->back());
+  const int exit_code = command.layout == AtlasLayoutName::kPaper ? run_paper(command, *opened->source)
+                                                                  : run_engine(command, *opened->source);
+  if (exit_code != 0) return exit_code;
+  for (const std::string& removed : remove_left_over(command, former, *paths)) {
+    print_note(removed, "removed: a file of the atlas that this one replaced");
+  }
+  if (opened->source->mask_grid()) {
+    print_note(command.in, "not everything was measured, which an atlas cannot tell: what it has there is made up");
+  }
+  return 0;
 }
 
 constexpr std::array kTexelChoices = {Named{"rgb32f", TexelFormat::kRgb32f}, Named{"rgba16f", TexelFormat::kRgba16f},
@@ -243,6 +252,8 @@ int run_arguments(AtlasArguments& arguments) {
 }  // namespace
 
 void add_atlas(CLI::App& program, int& exit_code) {
+  // An empty variable of a shell means a file that is missing, not that everything is packed.
+  const auto is_not_empty = [](const std::string& name) { return name.empty() ? "no file is named" : std::string(); };
   auto* app = program.add_subcommand("atlas", "Writes a texture for engines, with the shader that evaluates it.");
   const auto given = std::make_shared<AtlasArguments>();
   AtlasCommand& command = given->command;
@@ -269,9 +280,11 @@ void add_atlas(CLI::App& program, int& exit_code) {
   add_number(*app, "--theta-max", command.theta_max_deg, {0.1, 90}, "DEGREES",
              "Pack only what pairs with both thetas up to here need");
   app->add_option("--directions", command.directions,
-                  "Pack only what these pairs need: a CSV file as sbrdf eval reads it");
+                  "Pack only what these pairs need: a CSV file as sbrdf eval reads it")
+      ->check(is_not_empty);
   app->add_option("--used-by", command.scene,
-                  "Pack only what a scene needs: a JSON file of cameras, lights and objects (specs/atlas.md)");
+                  "Pack only what a scene needs: a JSON file of cameras, lights and objects (specs/atlas.md)")
+      ->check(is_not_empty);
   app->add_flag("--json", command.json, "Print the report as JSON");
   add_reading_options(*app, command.given);
   app->footer(

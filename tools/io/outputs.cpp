@@ -41,6 +41,13 @@ const Format* format_of_name(const std::string& path) {
   return found == formats().end() ? nullptr : &*found;
 }
 
+/// The files that one consists of beside itself.
+std::vector<std::string> named_by(const std::string& path, const Format& format) {
+  if (format.consists_of == nullptr) return {};
+  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
+  return file ? format.consists_of(**file) : std::vector<std::string>();
+}
+
 /// Of a file that is not there.
 std::filesystem::path place_of(const std::string& path) {
   const Result<std::filesystem::path> target = write_target(path);
@@ -133,9 +140,14 @@ std::vector<std::string> paths_read(std::span<const std::string> inputs) {
     if (!file) continue;
     paths.push_back(*file);
     const Format* format = format_of_content(*file);
-    if (format == nullptr || format->beside.empty()) continue;
-    const std::vector<std::string> beside = places_beside(*file, format->beside);
-    paths.insert(paths.end(), beside.begin(), beside.end());
+    if (format == nullptr) continue;
+    if (!format->beside.empty()) {
+      const std::vector<std::string> beside = places_beside(*file, format->beside);
+      paths.insert(paths.end(), beside.begin(), beside.end());
+    }
+    for (const std::string& name : named_by(*file, *format)) {
+      paths.push_back((std::filesystem::path(*file).parent_path() / name).string());
+    }
   }
   return paths;
 }

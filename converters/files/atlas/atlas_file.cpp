@@ -12,6 +12,7 @@
 #include "converters/files/atlas/paper/paper_file.h"
 #include "converters/files/atlas/paper/paper_manifest.h"
 #include "formats/sbrdf/container.h"
+#include "formats/table/exr_image.h"
 #include "formats/texture/dds.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
@@ -25,11 +26,21 @@ Error of_texture(const std::string& file, const Error& error) {
   return named;
 }
 
+Result<std::string> read_manifest(const ByteSource& bytes) {
+  if (bytes.size() > kLongestManifest) return unsupported("the manifest is longer than 16 MB");
+  const Result<std::vector<std::byte>> text = read_range(bytes, 0, bytes.size());
+  if (!text) return text.error();
+  return std::string(reinterpret_cast<const char*>(text->data()), text->size());
+}
+
 Result<Texture> read_texture(const std::shared_ptr<const ByteSource>& bytes) {
   const Result<std::vector<std::byte>> head = read_start(*bytes, kHeadSize);
   if (!head) return head.error();
   const bool ktx2 = recognises_ktx2(*head);
-  if (!ktx2 && !recognises_dds(*head)) return read_exr_texture(bytes);
+  if (!ktx2 && !recognises_dds(*head)) {
+    if (!recognises_exr(*head)) return invalid_file("is neither a KTX2, a DDS nor an EXR file");
+    return read_exr_texture(bytes);
+  }
   const Result<std::vector<std::byte>> all = read_range(*bytes, 0, bytes->size());
   if (!all) return all.error();
   return ktx2 ? read_ktx2(*all) : read_dds(*all);
@@ -92,8 +103,12 @@ AtlasSource::AtlasSource(Atlas atlas, std::string description)
                                  std::move(description))) {}
 
 void AtlasSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
+  const bool whole = atlas_.layout.cells.is_everything();
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    evaluator_.evaluate(pairs[k], std::span<float, 3>(values.data() + 3 * k, 3));
+    const std::span<float, 3> rgb(values.data() + 3 * k, 3);
+    evaluator_.evaluate(pairs[k], rgb);
+    // The colour of the shader that shows them is no value.
+    if (!whole && above_horizon(pairs[k]) && !evaluator_.holds(pairs[k])) std::ranges::fill(rgb, 0.0F);
   }
 }
 
@@ -110,15 +125,22 @@ std::optional<MaskGrid> AtlasSource::mask_grid() const {
   return MaskGrid{MaskFrame::kHalfDifference, {azimuths, 90, 45, 90}};
 }
 
+std::vector<std::string> files_of_atlas(const ByteSource& manifest) {
+  const Result<std::string> json = read_manifest(manifest);
+  if (!json) return {};
+  if (const Result<AtlasManifest> engine = parse_manifest(*json)) return {engine->files.texture, engine->files.shader};
+  const Result<PaperManifest> paper = parse_paper_manifest(*json);
+  if (!paper) return {};
+  return {paper->files.names.begin(), paper->files.names.end()};
+}
+
 Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource> bytes, const Options& /*options*/) {
-  if (bytes->size() > kLongestManifest) return unsupported("the manifest is longer than 16 MB");
-  const Result<std::vector<std::byte>> text = read_range(*bytes, 0, bytes->size());
-  if (!text) return text.error();
-  const std::string_view json = {reinterpret_cast<const char*>(text->data()), text->size()};
-  const Result<std::string> name = manifest_layout(json);
+  const Result<std::string> json = read_manifest(*bytes);
+  if (!json) return json.error();
+  const Result<std::string> name = manifest_layout(*json);
   if (!name) return name.error();
-  if (*name == kPaperLayout) return open_paper(*bytes, json);
-  Result<AtlasManifest> manifest = parse_manifest(json);
+  if (*name == kPaperLayout) return open_paper(*bytes, *json);
+  Result<AtlasManifest> manifest = parse_manifest(*json);
   if (!manifest) return manifest.error();
   const AtlasLayout& layout = manifest->atlas.layout;
   Result<std::vector<float>> texels = read_texels(*bytes, {manifest->files.texture, manifest->files.texel, layout.width,
@@ -127,6 +149,9 @@ Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource>
   manifest->atlas.texels = *std::move(texels);
   std::string description = fmt::format("texture atlas, {} x {} texels, {}", layout.width, layout.height,
                                         name_of(kTexelFormatNames, manifest->files.texel));
+  if (!layout.cells.is_everything()) {
+    description += fmt::format(", {} of {} cells", layout.cells.size(), layout.cells.flags().size());
+  }
   std::unique_ptr<BrdfSource> source =
       std::make_unique<AtlasSource>(std::move(manifest->atlas), std::move(description));
   return source;

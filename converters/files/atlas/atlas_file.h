@@ -25,7 +25,7 @@ class AtlasSource final : public BrdfSource {
   [[nodiscard]] const SourceTraits& traits() const override { return traits_; }
   void evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const override;
 
-  /// Cells that were left out are not measured.
+  /// Cells that were left out are not measured: `evaluate` gives 0 there.
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
 
@@ -51,6 +51,9 @@ struct StatedTexture {
 
 /// What is said of a material in textures, its directions up to `theta_max_deg`.
 [[nodiscard]] SourceTraits traits_of_textures(bool isotropic, double theta_max_deg, std::string description);
+
+/// The names of the other files of an atlas: textures, and the shader where it has one. None where this is no manifest.
+[[nodiscard]] std::vector<std::string> files_of_atlas(const ByteSource& manifest);
 
 /// Opens a manifest of any layout and the textures that it names: the row of the format table.
 [[nodiscard]] Result<std::unique_ptr<BrdfSource>> open_atlas(std::shared_ptr<const ByteSource> bytes,

@@ -16,7 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::string_view kBeginning = "{\"sbrdf\":\"atlas\"";
 constexpr std::size_t kMostNodes = 4096;
 constexpr std::uint32_t kMostTexels = 65536;
 constexpr std::uint32_t kMostSide = 16384;
@@ -325,6 +324,15 @@ Result<AtlasManifest> parse_manifest(std::string_view text) {
   return manifest;
 }
 
-bool recognises_manifest(std::string_view head) { return head.starts_with(kBeginning); }
+bool recognises_manifest(std::string_view head) {
+  // Also what another program has written anew, with blanks and line ends.
+  const auto skip = [&](std::string_view token) {
+    head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+    if (!head.starts_with(token)) return false;
+    head.remove_prefix(token.size());
+    return true;
+  };
+  return skip("{") && skip("\"sbrdf\"") && skip(":") && skip("\"atlas\"");
+}
 
 }  // namespace sbrdf::internal

@@ -1,5 +1,6 @@
 // sbrdf atlas --theta-max, --directions and --used-by: smaller textures that say what they leave out.
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,70 @@ TEST_F(AtlasPart, OfListedDirectionsHasTheirValuesAndNoOthers) {
   EXPECT_EQ(left_out.exit_code, 0);
   EXPECT_THAT(left_out.out, HasSubstr("nan"));
   EXPECT_THAT(left_out.err, HasSubstr("1 of 1 pairs were not measured"));
+}
+
+TEST_F(AtlasPart, WhatIsLeftOutIsNoValueForAnyCommand) {
+  ASSERT_EQ(atlas("part", {"--theta-max", "30"}).exit_code, 0);
+  const std::string part = folder_ / "part.json";
+  EXPECT_THAT(run_sbrdf({"info", part}).out, HasSubstr(" cells"));
+  const auto compared = [&](const std::string& reference, const std::string& test) {
+    return run_sbrdf({"compare", reference, test, "--random", "2000", "--json"}).json();
+  };
+  const auto there = compared(sliced_, part);
+  const auto back = compared(part, sliced_);
+  EXPECT_GT(there["unmeasured_directions"], 1000);
+  EXPECT_EQ(there["unmeasured_directions"], back["unmeasured_directions"]);
+  EXPECT_LT(there["mre_percent"], 40);
+  EXPECT_EQ(there["false_values"]["count"], 0);
+  const auto check = run_sbrdf({"check", part, "--json"}).json()[0];
+  for (const auto& albedo : check["albedos"]) {
+    EXPECT_GT(albedo["unmeasured_evaluations"], 0);
+    EXPECT_LT(albedo["albedo"][0], 1);
+  }
+  EXPECT_THAT(run_sbrdf({"check", part}).out, HasSubstr("in part not measured"));
+  const ProgramRun again = run_sbrdf({"atlas", part, folder_ / "again", "--samples", "100", "--max-error", "50"});
+  EXPECT_THAT(again.err, HasSubstr("not everything was measured"));
+}
+
+TEST_F(AtlasPart, FilesOfAnAtlasAreReplacedByNothingElse) {
+  ASSERT_EQ(atlas("whole", {}).exit_code, 0);
+  const std::string before = read_text(folder_ / "whole.exr");
+  const ProgramRun run = run_sbrdf({"convert", folder_ / "whole.json", folder_ / "whole.exr", "--grid", "30:60:30:60"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("belongs to an input"));
+  write_text(folder_ / "other.json", read_text(folder_ / "whole.json"));
+  const ProgramRun own = run_sbrdf({"atlas", folder_ / "other.json", folder_ / "whole", "--container", "exr"});
+  EXPECT_EQ(own.exit_code, 1);
+  EXPECT_THAT(own.err, HasSubstr("belongs to one"));
+  EXPECT_EQ(read_text(folder_ / "whole.exr"), before);
+}
+
+TEST_F(AtlasPart, AnAtlasIsReplacedAsAWhole) {
+  ASSERT_EQ(atlas("x", {}).exit_code, 0);
+  const ProgramRun ktx2 = run_sbrdf({"atlas", sliced_, folder_ / "x", "--max-error", "50"});
+  ASSERT_EQ(ktx2.exit_code, 0) << ktx2.err;
+  EXPECT_THAT(ktx2.err, HasSubstr("x.exr: removed"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.exr"));
+  ASSERT_EQ(atlas("x", {}).exit_code, 0) << "and back";
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "x.ktx2"));
+  // What another manifest was named after stays.
+  ASSERT_EQ(run_sbrdf({"atlas", sliced_, folder_ / "y", "--layout", "paper"}).exit_code, 0);
+  ASSERT_EQ(run_sbrdf({"atlas", sliced_, folder_ / "y", "--max-error", "50"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "y_axial.exr"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "x.exr"));
+}
+
+TEST_F(AtlasPart, NamesThatAManifestCannotHoldAreRefused) {
+  for (const std::string name : {"a\\b", ".", "..", ""}) {
+    const ProgramRun run = atlas(name, {});
+    EXPECT_EQ(run.exit_code, 1) << name;
+    EXPECT_THAT(run.err, HasSubstr("OUT_PREFIX")) << name;
+  }
+  EXPECT_EQ(atlas(std::string(300, 'n'), {}).exit_code, 2);
+  for (const std::string option : {"--directions", "--used-by"}) {
+    EXPECT_THAT(atlas("x", {option, ""}).err, HasSubstr("no file is named"));
+  }
+  EXPECT_EQ(folder_.entries().size(), 1U);
 }
 
 TEST_F(AtlasPart, UpToAThetaIsSmallerTheSmallerItIs) {

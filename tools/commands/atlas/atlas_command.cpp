@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <system_error>
 
-#include "converters/files/atlas/manifest.h"
-#include "converters/files/atlas/paper/paper_manifest.h"
+#include "converters/files/atlas/atlas_file.h"
 #include "converters/slicing/slicing.h"
 #include "formats/os/atomic_file.h"
 #include "formats/os/files.h"
@@ -21,25 +21,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kPaperSampleCount = 8911;
 
-/// The names of all files of the atlas, of either layout, that has this manifest already; none where it is no manifest.
-std::vector<std::string> files_there(const std::string& manifest) {
-  if (!std::filesystem::is_regular_file(manifest)) return {};
-  const Result<std::unique_ptr<ByteSource>> file = map_file(manifest);
-  if (!file || (*file)->size() > kLongestManifest) return {};
-  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
-  if (!bytes) return {};
-  const std::string_view text = {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
-  std::vector<std::string> names = {file_name_of(manifest)};
-  if (const Result<AtlasManifest> engine = parse_manifest(text)) {
-    names.insert(names.end(), {engine->files.texture, engine->files.shader});
-    return names;
-  }
-  const Result<PaperManifest> paper = parse_paper_manifest(text);
-  if (!paper) return {};
-  names.insert(names.end(), paper->files.names.begin(), paper->files.names.end());
-  return names;
-}
-
 bool is_utf8(const std::string& text) {
   const std::string quoted = Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
   return Json::parse(quoted).get<std::string>() == text;
@@ -48,9 +29,11 @@ bool is_utf8(const std::string& text) {
 /// What an earlier atlas of this name consists of may be replaced, and nothing else: who names one prefix does not see
 /// all names.
 Status check_path(const std::string& path, bool own, std::span<const std::string> inputs) {
-  if (is_among(path, paths_read(inputs))) return usage_error("is an input, which this would replace");
+  if (is_among(path, paths_read(inputs)))
+    return usage_error("is an input, or belongs to one, which this would replace");
   if (Status free = check_destination(path); !free) return free;
-  if (own || !std::filesystem::exists(path)) return ok_status();
+  std::error_code none;
+  if (own || !std::filesystem::exists(path, none)) return ok_status();
   return usage_error("there is a file of that name that is of no atlas here; choose another prefix or remove it first");
 }
 
@@ -62,12 +45,18 @@ std::string file_name_of(const std::string& path) { return std::filesystem::path
 
 Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths, const std::string& manifest) {
   const std::string name = file_name_of(command.prefix);
-  if (name.empty()) return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
+  if (name.empty() || name == "." || name == "..") {
+    return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
+  }
+  if (name.find('\\') != std::string::npos) {
+    return usage_error("OUT_PREFIX has a \\, which a manifest cannot name, as it is no part of a name everywhere");
+  }
   if (!is_utf8(name)) return usage_error("OUT_PREFIX is not UTF-8, which is all that a manifest can name");
   const std::vector<std::string> inputs = {command.in};
-  const std::vector<std::string> there = files_there(manifest);
+  std::vector<std::string> there = files_of_former(manifest);
+  there.push_back(file_name_of(manifest));
   for (const std::string& path : paths) {
-    const bool own = std::find(there.begin(), there.end(), file_name_of(path)) != there.end();
+    const bool own = there.size() > 1 && std::find(there.begin(), there.end(), file_name_of(path)) != there.end();
     if (Status free = check_path(path, own, inputs); !free) {
       Error named = free.error();
       named.message = path + ": " + named.message;
@@ -75,6 +64,27 @@ Status check_paths(const AtlasCommand& command, const std::vector<std::string>& 
     }
   }
   return ok_status();
+}
+
+std::vector<std::string> files_of_former(const std::string& manifest) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(manifest, none)) return {};
+  const Result<std::unique_ptr<ByteSource>> file = map_file(manifest);
+  return file ? files_of_atlas(**file) : std::vector<std::string>();
+}
+
+std::vector<std::string> remove_left_over(const AtlasCommand& command, const std::vector<std::string>& former,
+                                          const std::vector<std::string>& paths) {
+  std::vector<std::string> removed;
+  const std::string prefix = file_name_of(command.prefix);
+  for (const std::string& name : former) {
+    const std::string path = (std::filesystem::path(command.prefix).parent_path() / name).string();
+    // A manifest may have been renamed: what bears another name may be of another atlas.
+    if (!name.starts_with(prefix) || is_among(path, paths) || is_among(path, paths_read({&command.in, 1}))) continue;
+    std::error_code failed;
+    if (std::filesystem::remove(path, failed) && !failed) removed.push_back(path);
+  }
+  return removed;
 }
 
 Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& command, const Progress& progress) {
@@ -92,15 +102,20 @@ Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& co
 }
 
 Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents) {
+  const auto of_file = [](const std::string& path, const Error& error) {
+    Error named = error;
+    named.message = path + ": " + error.message;
+    return named;
+  };
   std::vector<std::unique_ptr<AtomicFile>> files;
   for (const auto& [path, bytes] : contents) {
     Result<std::unique_ptr<AtomicFile>> file = AtomicFile::create(path);
-    if (!file) return file.error();
-    if (Status put = (*file)->write(0, bytes); !put) return put.error();
+    if (!file) return of_file(path, file.error());
+    if (Status put = (*file)->write(0, bytes); !put) return of_file(path, put.error());
     files.push_back(*std::move(file));
   }
-  for (const auto& file : files) {
-    if (Status committed = file->commit(); !committed) return committed.error();
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    if (Status committed = files[k]->commit(); !committed) return of_file(contents[k].first, committed.error());
   }
   return ok_status();
 }

@@ -53,6 +53,13 @@ struct AtlasCommand {
 [[nodiscard]] Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths,
                                  const std::string& manifest);
 
+/// The names of the textures, and the shader, of the atlas that has this manifest already; none where it is none.
+[[nodiscard]] std::vector<std::string> files_of_former(const std::string& manifest);
+/// Of these the ones that bear the prefix and are not among `paths`, which replaced the others: they are removed, as no
+/// manifest names them any more. The paths of those that were there.
+std::vector<std::string> remove_left_over(const AtlasCommand& command, const std::vector<std::string>& former,
+                                          const std::vector<std::string>& paths);
+
 /// The slices that a source has, or that it is sampled into.
 [[nodiscard]] Result<DecodedSliced> slices_of(const BrdfSource& source, const AtlasCommand& command,
                                               const Progress& progress);
@@ -70,7 +77,7 @@ struct Needed {
 /// The cells of an atlas of slices on this lattice that are needed.
 [[nodiscard]] Result<AtlasCells> needed_cells(const Needed& needed, const Lattice& lattice, const Progress& progress);
 
-/// All files, or none: each is complete before the first gets its name.
+/// All files, or none: each is complete before the first gets its name. Errors begin with the path.
 [[nodiscard]] Status write_together(const std::vector<std::pair<std::string, std::span<const std::byte>>>& contents);
 
 [[nodiscard]] nlohmann::ordered_json errors_json(const AtlasErrors& errors);

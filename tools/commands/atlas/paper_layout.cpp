@@ -129,7 +129,7 @@ int run_paper(const AtlasCommand& command, const BrdfSource& source) {
   const Result<MadePaper> made = make_with_bar(source, command);
   if (!made) return report_error(command.in, made.error());
   const Result<WrittenPaper> written = write_paper(*made, command, source.traits());
-  if (!written) return report_error(command.prefix, written.error());
+  if (!written) return report_error("", written.error());
   if (command.json) {
     print_json(report(*made, *written, command, watch.seconds()));
   } else {

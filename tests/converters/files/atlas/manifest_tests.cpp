@@ -125,6 +125,9 @@ TEST(Manifest, ComesBackAsItWasWritten) {
 TEST(Manifest, IsReadInAnyOrderOfMembersAndWithWhitespace) {
   for (const Atlas& atlas : atlases()) {
     const nlohmann::json sorted = nlohmann::json::parse(manifest_of(atlas).dump());
+    EXPECT_TRUE(recognises_manifest("\n " + manifest_of(atlas).dump(1)));
+    EXPECT_FALSE(recognises_manifest(R"({"sbrdf": "material"})"));
+    EXPECT_FALSE(recognises_manifest(R"({"sbrdf")"));
     for (const int indent : {-1, 2}) {
       const Result<AtlasManifest> read = parse_manifest(sorted.dump(indent));
       ASSERT_TRUE(read) << read.error().message;
