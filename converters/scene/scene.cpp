@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "converters/files/atlas/manifest_members.h"
+#include "converters/json/members.h"
 #include "converters/scene/mesh.h"
 #include "formats/core/directions.h"
 #include "formats/texture/exr_texture.h"
@@ -218,7 +218,7 @@ Result<Scene> read_scene(const ByteSource& bytes) {
   if (bytes.size() > kLongestFile) return unsupported("scene: longer than 16 MB");
   const Result<std::vector<std::byte>> text = read_range(bytes, 0, bytes.size());
   if (!text) return text.error();
-  const Result<Json> json = parse_manifest_json({reinterpret_cast<const char*>(text->data()), text->size()});
+  const Result<Json> json = parse_small_json({reinterpret_cast<const char*>(text->data()), text->size()});
   if (!json) {
     Error error = json.error();
     error.message = "scene: " + error.message;

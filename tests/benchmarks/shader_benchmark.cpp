@@ -94,7 +94,7 @@ class Benchmark {
  public:
   Benchmark(GlContext& context, int frames) : context_(context), frames_(frames) {
     const auto source = make_kurt_source(kurt_material("fabric112").value());
-    const Barycentric barycentric(*source, scheme_14());
+    const Barycentric barycentric(*source, paper_scheme("14").value());
     baseline_ = {Barycentric::shader(), "barycentric_eval", barycentric.textures()};
     check_baseline(barycentric);
     const ShaderCounts counts = counts_of(baseline_);

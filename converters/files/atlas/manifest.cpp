@@ -305,7 +305,7 @@ std::string manifest_text(const Json& json) {
 }
 
 Result<std::string> manifest_layout(std::string_view text) {
-  const Result<Json> json = parse_manifest_json(text);
+  const Result<Json> json = parse_small_json(text);
   if (!json) return json.error();
   MemberReader reader;
   std::string layout = reader.text(*json, "layout");
@@ -315,7 +315,7 @@ Result<std::string> manifest_layout(std::string_view text) {
 
 Result<AtlasManifest> parse_manifest(std::string_view text) {
   AtlasManifest manifest;
-  Result<Json> json = parse_manifest_json(text);
+  Result<Json> json = parse_small_json(text);
   if (!json) return json.error();
   manifest.json = *std::move(json);
   MemberReader reader;

@@ -63,8 +63,9 @@ CubePlace cube_place(const glm::dvec3& w, std::size_t side) {
           half * (glm::dvec2(glm::dot(w, kCube[face].columns), glm::dot(w, kCube[face].rows)) / size[number] + 1.0)};
 }
 
-Barycentric::Barycentric(const BrdfSource& source, std::span<const Ring> rings) : directions_(ring_directions(rings)) {
-  const std::vector<Triangle> triangles = triangulate(rings);
+Barycentric::Barycentric(const BrdfSource& source, const UniformScheme& scheme)
+    : directions_(scheme_directions(scheme)) {
+  const std::vector<Triangle> triangles = triangulate(scheme);
   texels_.resize(kCubeFaces * kFaceSide * kFaceSide);
   for (std::size_t face = 0; face < kCubeFaces; ++face) fill_face(face, triangles);
   keep_directions();

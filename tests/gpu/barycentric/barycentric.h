@@ -26,7 +26,7 @@ class Barycentric {
   static constexpr std::size_t kFaceSide = 256;  ///< texels
 
   /// Samples of a source of three channels; at most 256 directions.
-  Barycentric(const BrdfSource& source, std::span<const Ring> rings);
+  Barycentric(const BrdfSource& source, const UniformScheme& scheme);
 
   /// f_r [1/sr] as the shader gives it: 0 where one of the unit vectors points below the horizon.
   [[nodiscard]] std::array<float, 3> evaluate(const glm::vec3& w_i, const glm::vec3& w_v) const;

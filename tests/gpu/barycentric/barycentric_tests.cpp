@@ -52,14 +52,14 @@ double worst_relative(const std::vector<float>& values, const std::vector<float>
 }
 
 TEST(BarycentricTriangles, AreThoseOfThePapersSchemes) {
-  EXPECT_EQ(triangulate(scheme_14()).size(), 228U);
-  EXPECT_EQ(triangulate(scheme_19()).size(), 324U);
+  EXPECT_EQ(triangulate(paper_scheme("14").value()).size(), 228U);
+  EXPECT_EQ(triangulate(paper_scheme("19").value()).size(), 324U);
 }
 
 TEST(BarycentricTriangles, CoverTheHemisphereOnce) {
-  const std::vector<Ring> rings = scheme_14();
-  const std::vector<glm::dvec3> directions = ring_directions(rings);
-  const std::vector<Triangle> triangles = triangulate(rings);
+  const UniformScheme scheme = paper_scheme("14").value();
+  const std::vector<glm::dvec3> directions = scheme_directions(scheme);
+  const std::vector<Triangle> triangles = triangulate(scheme);
   std::mt19937 random(3);
   for (int trial = 0; trial < 500; ++trial) {
     const glm::dvec3 w = glm::normalize(glm::dvec3(draw_direction(random)));
@@ -82,7 +82,7 @@ TEST(BarycentricTriangles, CoverTheHemisphereOnce) {
 TEST(BarycentricShader, AgreesWithTheProcessor) {
   SBRDF_MAKE_GL_CONTEXT(context, GlApi::kCore45);
   const auto source = make_kurt_source(kurt_material("fabric112").value());
-  const Barycentric barycentric(*source, scheme_14());
+  const Barycentric barycentric(*source, paper_scheme("14").value());
   std::mt19937 random(4);
   std::vector<glm::vec3> i, v;
   std::vector<float> expected;
@@ -98,7 +98,7 @@ TEST(BarycentricShader, AgreesWithTheProcessor) {
 TEST(BarycentricShader, GivesBackWhatWasSampled) {
   SBRDF_MAKE_GL_CONTEXT(context, GlApi::kCore45);
   const auto source = make_kurt_source(kurt_material("Yellow satin").value());
-  const Barycentric barycentric(*source, scheme_14());
+  const Barycentric barycentric(*source, paper_scheme("14").value());
   std::vector<glm::vec3> i, v;
   std::vector<DirectionPair> pairs;
   for (const glm::dvec3& a : barycentric.directions()) {
@@ -115,7 +115,7 @@ TEST(BarycentricShader, GivesBackWhatWasSampled) {
 
 TEST(BarycentricShader, TakesTheBytesOfTable5) {
   const auto source = make_kurt_source(kurt_material("wood01").value());
-  EXPECT_EQ(Barycentric(*source, scheme_14()).table_5_bytes(), 3'645'876U);  // 3.5 MB
+  EXPECT_EQ(Barycentric(*source, paper_scheme("14").value()).table_5_bytes(), 3'645'876U);  // 3.5 MB
 }
 
 TEST(BarycentricShader, CompilesForVulkan) {

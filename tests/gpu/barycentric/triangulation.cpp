@@ -7,8 +7,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "formats/core/directions.h"
-
 namespace sbrdf::internal {
 namespace {
 
@@ -32,27 +30,10 @@ bool is_facet(const std::vector<glm::dvec3>& points, const Triangle& t) {
 
 }  // namespace
 
-std::vector<Ring> scheme_14() { return {{0, 1}, {12, 6}, {24, 10}, {36, 12}, {48, 18}, {60, 20}, {72, 30}, {80, 36}}; }
-
-std::vector<Ring> scheme_19() {
-  return {{0, 1}, {10, 6}, {20, 10}, {30, 12}, {40, 18}, {50, 20}, {60, 30}, {70, 36}, {80, 60}};
-}
-
-std::vector<glm::dvec3> ring_directions(std::span<const Ring> rings) {
-  std::vector<glm::dvec3> directions;
-  for (const Ring& ring : rings) {
-    for (std::size_t k = 0; k < ring.count; ++k) {
-      const double phi_deg = 360.0 * static_cast<double>(k) / static_cast<double>(ring.count);
-      directions.push_back(vector_from_direction(direction_from_degrees(ring.theta_deg, phi_deg)));
-    }
-  }
-  return directions;
-}
-
 // Any three points with all others on one side; few enough that trying all takes no time.
-std::vector<Triangle> triangulate(std::span<const Ring> rings) {
-  const std::vector<glm::dvec3> points = moved_apart(ring_directions(rings));
-  const std::size_t rim = points.size() - rings.back().count;
+std::vector<Triangle> triangulate(const UniformScheme& scheme) {
+  const std::vector<glm::dvec3> points = moved_apart(scheme_directions(scheme));
+  const std::size_t rim = points.size() - scheme.rings.back().count;
   std::vector<Triangle> triangles;
   for (std::size_t a = 0; a < rim; ++a) {
     for (std::size_t b = a + 1; b < points.size(); ++b) {

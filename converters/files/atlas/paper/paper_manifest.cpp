@@ -93,7 +93,7 @@ std::string emit_paper_manifest(const PaperTextures& textures, const PaperFiles&
 }
 
 Result<PaperManifest> parse_paper_manifest(std::string_view text) {
-  const Result<Json> json = parse_manifest_json(text);
+  const Result<Json> json = parse_small_json(text);
   if (!json) return json.error();
   PaperManifest manifest;
   MemberReader reader;
