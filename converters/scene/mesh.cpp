@@ -29,8 +29,6 @@ namespace {
 using Numbers = std::vector<tinyobj::real_t>;
 using Corners = std::array<tinyobj::index_t, 3>;
 
-constexpr double kFarthest = 1e9;  // as of a scene
-
 /// Fields of "v", and of "vn" and "vt", that a line needs at least.
 std::size_t least_numbers(std::string_view keyword) { return keyword == "vt" ? 1 : 3; }
 

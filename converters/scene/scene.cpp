@@ -22,7 +22,6 @@ constexpr std::uint64_t kLongestFile = std::uint64_t{1} << 24U;
 constexpr std::uint64_t kLongestMesh = std::uint64_t{1} << 30U;
 constexpr std::size_t kMostEntries = 4096;
 constexpr std::uint32_t kCellsAround = 120;  // of an environment: 3 degrees
-constexpr double kFarthest = 1e9;
 
 glm::dvec3 vector(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 

@@ -9,6 +9,9 @@
 
 namespace sbrdf::internal {
 
+/// Coordinates beyond are refused.
+inline constexpr double kFarthest = 1e9;
+
 /// A place on a surface with its frame: unit vectors, the tangent across the normal.
 struct SurfacePoint {
   glm::dvec3 position{};

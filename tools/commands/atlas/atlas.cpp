@@ -184,13 +184,13 @@ int run_atlas(const AtlasCommand& command) {
   if (Status allowed = check_needed(command); !allowed) return report_error("", allowed.error());
   const Result<std::vector<std::string>> paths = files_written(command);
   if (!paths) return report_error("", paths.error());
-  if (Status free = check_paths(command, *paths, paths->back()); !free) return report_error("", free.error());
+  const std::vector<std::string> former = files_of_former(paths->back());
+  if (Status free = check_paths(command, *paths, former); !free) return report_error("", free.error());
   const Result<OpenedSource> opened = open_source(command.in, command.given);
   if (!opened) return report_error(command.in, opened.error());
   if (Status held = check_atlas_channels(opened->source->channel_count()); !held) {
     return report_error(command.in, held.error());
   }
-  const std::vector<std::string> former = files_of_former(paths->back());
   const int exit_code = command.layout == AtlasLayoutName::kPaper ? run_paper(command, *opened->source)
                                                                   : run_engine(command, *opened->source);
   if (exit_code != 0) return exit_code;

@@ -28,9 +28,8 @@ bool is_utf8(const std::string& text) {
 
 /// What an earlier atlas of this name consists of may be replaced, and nothing else: who names one prefix does not see
 /// all names.
-Status check_path(const std::string& path, bool own, std::span<const std::string> inputs) {
-  if (is_among(path, paths_read(inputs)))
-    return usage_error("is an input, or belongs to one, which this would replace");
+Status check_path(const std::string& path, bool own, const std::vector<std::string>& read) {
+  if (is_among(path, read)) return usage_error("is an input, or belongs to one, which this would replace");
   if (Status free = check_destination(path); !free) return free;
   std::error_code none;
   if (own || !std::filesystem::exists(path, none)) return ok_status();
@@ -43,7 +42,8 @@ std::string path_of(const AtlasCommand& command, const std::string& ending) { re
 
 std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
-Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths, const std::string& manifest) {
+Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths,
+                   const std::vector<std::string>& former) {
   const std::string name = file_name_of(command.prefix);
   if (name.empty() || name == "." || name == "..") {
     return usage_error("OUT_PREFIX is a folder; add the beginning of a file name");
@@ -52,12 +52,11 @@ Status check_paths(const AtlasCommand& command, const std::vector<std::string>& 
     return usage_error("OUT_PREFIX has a \\, which a manifest cannot name, as it is no part of a name everywhere");
   }
   if (!is_utf8(name)) return usage_error("OUT_PREFIX is not UTF-8, which is all that a manifest can name");
-  const std::vector<std::string> inputs = {command.in};
-  std::vector<std::string> there = files_of_former(manifest);
-  there.push_back(file_name_of(manifest));
+  const std::vector<std::string> read = paths_read({&command.in, 1});
   for (const std::string& path : paths) {
-    const bool own = there.size() > 1 && std::find(there.begin(), there.end(), file_name_of(path)) != there.end();
-    if (Status free = check_path(path, own, inputs); !free) {
+    const bool own = !former.empty() && (path == paths.back() ||
+                                         std::find(former.begin(), former.end(), file_name_of(path)) != former.end());
+    if (Status free = check_path(path, own, read); !free) {
       Error named = free.error();
       named.message = path + ": " + named.message;
       return named;
@@ -77,10 +76,11 @@ std::vector<std::string> remove_left_over(const AtlasCommand& command, const std
                                           const std::vector<std::string>& paths) {
   std::vector<std::string> removed;
   const std::string prefix = file_name_of(command.prefix);
+  const std::vector<std::string> read = paths_read({&command.in, 1});
   for (const std::string& name : former) {
     const std::string path = (std::filesystem::path(command.prefix).parent_path() / name).string();
     // A manifest may have been renamed: what bears another name may be of another atlas.
-    if (!name.starts_with(prefix) || is_among(path, paths) || is_among(path, paths_read({&command.in, 1}))) continue;
+    if (!name.starts_with(prefix) || is_among(path, paths) || is_among(path, read)) continue;
     std::error_code failed;
     if (std::filesystem::remove(path, failed) && !failed) removed.push_back(path);
   }

@@ -48,10 +48,10 @@ struct AtlasCommand {
 /// Its name without folders.
 [[nodiscard]] std::string file_name_of(const std::string& path);
 
-/// Whether all of `paths`, of which `manifest` is one, may be written. What an atlas of this name consists of is
-/// replaced, nothing else that is a BRDF. kUsage names the file.
+/// Whether all of `paths`, the manifest last, may be written. What an atlas of this name consists of, with the files
+/// `former` beside its manifest, is replaced, nothing else that is a BRDF. kUsage names the file.
 [[nodiscard]] Status check_paths(const AtlasCommand& command, const std::vector<std::string>& paths,
-                                 const std::string& manifest);
+                                 const std::vector<std::string>& former);
 
 /// The names of the textures, and the shader, of the atlas that has this manifest already; none where it is none.
 [[nodiscard]] std::vector<std::string> files_of_former(const std::string& manifest);
