@@ -44,12 +44,10 @@ HWY_INLINE void evaluate_points(Dense /*form*/, const SliceTables& tables, const
     const float* table = tables.crossing_values.data() + g * kLanes;
     alignas(64) std::array<float, kBlock * kLanes> block;
     for (std::size_t k = 0; k < count; ++k) {
-      auto sum = hn::Zero(d);
-      for (std::size_t c = 0; c < kCornerLanes<D>; c += kAtOnce) {
-        sum = hn::MulAdd(spread(d, weights[k].data() + c), load_rows(d, table, rows[k].data() + c), sum);
-      }
-      hn::Store(fold(d, sum, [](auto a, auto b) HWY_ATTR { return hn::Add(a, b); }), Channels(),
-                block.data() + k * kLanes);
+      const auto sum = sum_rows(d, kCornerLanes<D>, [&](std::size_t c) HWY_ATTR {
+        return hn::Mul(spread(d, weights[k].data() + c), load_rows(d, table, rows[k].data() + c));
+      });
+      hn::Store(sum, Channels(), block.data() + k * kLanes);
     }
     finish_block(count, [&](auto lanes, std::size_t k) HWY_ATTR {
       float* at = block.data() + k * kLanes;

@@ -8,8 +8,8 @@ namespace sbrdf::internal {
 
 // The hot loops of the evaluator, compiled once for each set of instructions (SSE4, AVX2, AVX-512, NEON ...); the best
 // one of the machine is taken when the program runs. On one machine the values of a pair are the same to the last bit
-// however many pairs are worked out at once; between sets of instructions they differ by rounding, as some have fused
-// multiplication and addition.
+// however many pairs are worked out at once. Between sets of instructions slices are the same, too: nothing is fused,
+// and sums have one order. What is left are the roundings of Highway's atan and exp.
 
 /// What the slices give at frame coordinates [degrees]. `guide_angle_deg` counts where there is a guide. `values` has
 /// one entry per channel.

@@ -79,16 +79,19 @@ HWY_INLINE hn::Vec<D> load_rows(D d, const float* table, const std::uint32_t* ro
   }
 }
 
+// Here and in what follows products are rounded before they are added, and always in the same order: values do not
+// depend on whether a processor fuses both, nor on how wide its vectors are.
 template <class D>
 HWY_INLINE hn::Vec<D> line_values(Exact /*form*/, D d, const SliceTables& tables, const Lines& lines, std::size_t lane,
                                   std::size_t channel) {
   const std::size_t channels = tables.channels;
   const float* values = tables.row_values.data() + channel;
   const std::uint32_t* rows = lines.row.data() + lane;
-  auto y = hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows));
-  y = hn::MulAdd(spread(d, lines.y_1.data() + lane), load_rows(d, values + 2 * channels, rows), y);
-  y = hn::MulAdd(spread(d, lines.m_0.data() + lane), load_rows(d, values + channels, rows), y);
-  return hn::MulAdd(spread(d, lines.m_1.data() + lane), load_rows(d, values + 3 * channels, rows), y);
+  const auto y_0 = hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows));
+  const auto y_1 = hn::Mul(spread(d, lines.y_1.data() + lane), load_rows(d, values + 2 * channels, rows));
+  const auto m_0 = hn::Mul(spread(d, lines.m_0.data() + lane), load_rows(d, values + channels, rows));
+  const auto m_1 = hn::Mul(spread(d, lines.m_1.data() + lane), load_rows(d, values + 3 * channels, rows));
+  return hn::Add(hn::Add(y_0, y_1), hn::Add(m_0, m_1));
 }
 
 template <class D>
@@ -96,8 +99,8 @@ HWY_INLINE hn::Vec<D> line_values(Presampled /*form*/, D d, const SliceTables& t
                                   std::size_t lane, std::size_t channel) {
   const float* values = tables.row_values.data() + channel;
   const std::uint32_t* rows = lines.row.data() + lane;
-  const auto y = hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows));
-  return hn::MulAdd(spread(d, lines.y_1.data() + lane), load_rows(d, values + tables.channels, rows), y);
+  return hn::Add(hn::Mul(spread(d, lines.y_0.data() + lane), load_rows(d, values, rows)),
+                 hn::Mul(spread(d, lines.y_1.data() + lane), load_rows(d, values + tables.channels, rows)));
 }
 
 /// A group of channels of what the slices say in a cell: the multilinear means of the corners and of the lines along
@@ -133,15 +136,28 @@ HWY_INLINE void load_cell(Form form, const SliceTables& tables, const Point& poi
   }
 }
 
-// Products are rounded before they are added: where all but two weights are 0, the order of these does not count, and
-// the means of corners and of lines that all end there are the same to the last bit.
+// The sum of rows, a multiple of four: of every fourth one, then of these four sums. `rows_from` gives as many as a
+// vector holds.
+template <class D, class RowsFrom>
+HWY_INLINE V sum_rows(D d, std::size_t count, const RowsFrom& rows_from) {
+  std::array<hn::Vec<D>, kQuad / kAtOnce> sums;
+  for (std::size_t k = 0; k < sums.size(); ++k) sums[k] = rows_from(k * kAtOnce);
+  for (std::size_t first = kQuad; first < count; first += kQuad) {
+    for (std::size_t k = 0; k < sums.size(); ++k) sums[k] = hn::Add(sums[k], rows_from(first + k * kAtOnce));
+  }
+  for (std::size_t left = sums.size() / 2; left > 0; left /= 2) {
+    for (std::size_t k = 0; k < left; ++k) sums[k] = hn::Add(sums[k], sums[k + left]);
+  }
+  return fold(d, sums[0], [](auto a, auto b) HWY_ATTR { return hn::Add(a, b); });
+}
+
+// Where all but two weights are 0, the order does not count either, and the means of corners and of lines that all end
+// there are the same to the last bit.
 template <class D>
 HWY_INLINE V weighted_sum(D d, const float* values, const float* weights, std::size_t count) {
-  auto sum = hn::Mul(spread(d, weights), hn::Load(d, values));
-  for (std::size_t k = kAtOnce; k < count; k += kAtOnce) {
-    sum = hn::Add(sum, hn::Mul(spread(d, weights + k), hn::Load(d, values + k * kLanes)));
-  }
-  return fold(d, sum, [](auto a, auto b) HWY_ATTR { return hn::Add(a, b); });
+  return sum_rows(d, count, [&](std::size_t k) HWY_ATTR {
+    return hn::Mul(spread(d, weights + k), hn::Load(d, values + k * kLanes));
+  });
 }
 
 template <std::size_t D>
