@@ -15,6 +15,10 @@ import subprocess
 import sys
 import tempfile
 
+import jsonschema
+
+SPECS = pathlib.Path(__file__).resolve().parents[2] / "specs"
+SCHEMA = jsonschema.Draft202012Validator(json.loads((SPECS / "atlas.schema.json").read_text()))
 ALLOWED = {
     ("rgb32f", "exr"): "rgb32f",
     ("rgb32f", "ktx2"): "rgba32f",
@@ -124,6 +128,7 @@ def check_report(report, folder, prefix, container, zstd):
     names = [f"{prefix}.{container}", f"{prefix}.glsl", f"{prefix}.json"]
     assert [pathlib.Path(path) for path in report["files"]] == [folder / name for name in names], report["files"]
     manifest = json.loads((folder / names[2]).read_text())
+    SCHEMA.validate(manifest)
     header = READERS[container]((folder / names[0]).read_bytes())
     assert header["zstd"] == zstd
     for where in (report, manifest["texture"]):
@@ -216,6 +221,44 @@ def check_conversions(program, folder, sliced):
     before = content(folder)
     run(program, "atlas", sliced, folder / "coarse", "--max-error", "20")
     assert content(folder) == before, "a rerun replaces its own files by the same"
+
+
+def members(json_value, path=()):
+    """Every member of every object, the first one of a list for all."""
+    if isinstance(json_value, list):
+        json_value = dict(enumerate(json_value[:1]))
+    elif isinstance(json_value, dict):
+        yield from ((path, key) for key in json_value)
+    else:
+        return
+    for key, value in json_value.items():
+        yield from members(value, (*path, key))
+
+
+def check_schema(program, folder, sliced):
+    """The schema describes all that is written, and nothing that the program would not read."""
+    run(program, "atlas", "kurt:wood01", folder / "paper", "--layout", "paper")
+    run(program, "atlas", sliced, folder / "part", "--theta-max", "30", "--max-error", "5")
+    run(program, "atlas", sliced, folder / "blocks", "--texel", "bc6h", "--fast", "--max-error", "10")
+    optional = {"first_row", "filter", "colour_space", "texels_crc32", "rows_wrap", "ring", "dense_along", "cells"}
+    optional |= {"clamped_texels", "errors", "source", "tiles", "texels", "azimuth_step_deg", "theta_max_deg"}
+    for prefix in ("paper", "part", "blocks", "coarse"):
+        manifest = json.loads((folder / f"{prefix}.json").read_text())
+        SCHEMA.validate(manifest)
+        for path, key in members(manifest):
+            less = json.loads(json.dumps(manifest))
+            at = less
+            for step in path:
+                at = at[step]
+            kept = at.pop(key)
+            assert key in optional or not SCHEMA.is_valid(less), (prefix, path, key, "may be left out")
+            at[key] = kept
+            at["unheard_of"] = 1
+            assert not SCHEMA.is_valid(less), (prefix, path, "may have any member")
+            del at["unheard_of"]
+        for path in folder.glob(f"{prefix}*"):
+            if prefix != "coarse":
+                path.unlink()
 
 
 # ---- What is refused -------------------------------------------------------------------------------------------------
@@ -321,6 +364,7 @@ def main():
         run(program, "convert", "kurt:wood01", sliced, "--samples", "600")
         check_pairs(program, folder, sliced)
         check_conversions(program, folder, sliced)
+        check_schema(program, folder, sliced)
         check_bad_atlases(program, folder)
         check_bad_outputs(program, folder, sliced)
         check_other_channels(program, folder)
