@@ -82,13 +82,19 @@ class Maker {
                               ProgressCounter& counter) const {
     std::optional<MadeAtlas> best;
     double tolerance = kFirstTolerance;
+    bool in_vain = false;  // the last one was not worth it
     for (int step = 0; step < kMostSteps; ++step, tolerance /= 2) {
       if (!counter.advance()) return interrupted_error();
       Result<MadeAtlas> made = attempt(dense, tolerance, most_texels, Bc6hSpeed::kFast, judge);
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
       const bool enough = error_of(*made) <= options_.max_error_percent;
-      if (best && !enough && !is_worth_it(made->errors, best->errors)) break;
+      if (best && !enough && (in_vain || !is_worth_it(made->errors, best->errors))) {
+        // Some have the bad luck of where their nodes fall: the next one may yet reach the error.
+        if (in_vain) break;
+        in_vain = true;
+        continue;
+      }
       best = *std::move(made);
       best->reached = enough;
       if (enough) break;
