@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "converters/json/members.h"
-#include "formats/core/directions.h"
+#include "formats/os/files.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -15,6 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostRings = 512;
+constexpr std::uint64_t kLongestScheme = std::uint64_t{1} << 20U;  // of a file [bytes]
 
 /// Rings at every `step_deg` below 80 degrees, and at 80; the counts are those beyond the normal.
 struct TableRow {
@@ -69,18 +74,37 @@ UniformScheme scheme_of(const TableRow& row, std::string name) {
   return scheme;
 }
 
+/// What no ring may be, after those before it.
+struct RingFault {
+  const char* member;
+  const char* what;
+};
+std::optional<RingFault> fault_of(const Ring& ring, std::span<const Ring> before) {
+  if (before.empty()) {
+    if (ring.theta_deg != 0) return RingFault{"theta_deg", "is not 0 in the first ring"};
+    if (ring.count != 1) return RingFault{"count", "is not 1 in the first ring, the normal"};
+    return std::nullopt;
+  }
+  if (!(ring.theta_deg > before.back().theta_deg)) {
+    return RingFault{"theta_deg", "is not above that of the ring before"};
+  }
+  if (!(ring.theta_deg < 90)) return RingFault{"theta_deg", "is not below 90"};
+  if (ring.count < 3) return RingFault{"count", "is below 3"};
+  return std::nullopt;
+}
+
+Status check_size(const UniformScheme& scheme) {
+  if (scheme.direction_count() <= kMostSchemeDirections) return ok_status();
+  return unsupported(
+      fmt::format("sampling scheme: {} directions, {} are the most", scheme.direction_count(), kMostSchemeDirections));
+}
+
 Ring read_ring(MemberReader& reader, const Json& json, const std::vector<Ring>& before) {
   reader.only(json, {"theta_deg", "count"});
   Ring ring;
   ring.theta_deg = reader.number(json, "theta_deg", 0, 90);
   ring.count = reader.whole(reader.member(json, "count"), "count", kMostSchemeDirections);
-  if (before.empty() ? ring.theta_deg != 0 : ring.theta_deg <= before.back().theta_deg) {
-    reader.refuse("theta_deg", before.empty() ? "is not 0 in the first ring" : "is not above that of the ring before");
-  }
-  if (ring.theta_deg >= 90) reader.refuse("theta_deg", "is not below 90");
-  if (before.empty() ? ring.count != 1 : ring.count < 3) {
-    reader.refuse("count", before.empty() ? "is not 1 in the first ring, the normal" : "is below 3");
-  }
+  if (const auto fault = fault_of(ring, before)) reader.refuse(fault->member, fault->what);
   return ring;
 }
 
@@ -120,22 +144,44 @@ Result<UniformScheme> parse_scheme(std::string_view text) {
   reader.enter("");
   if (scheme.rings.size() < 2) reader.refuse("rings", "has fewer than two rings");
   if (reader.error()) return invalid_file("sampling scheme: " + *reader.error());
-  if (scheme.direction_count() > kMostSchemeDirections) {
-    return unsupported(fmt::format("sampling scheme: {} directions, {} are the most", scheme.direction_count(),
-                                   kMostSchemeDirections));
-  }
+  if (Status few = check_size(scheme); !few) return few.error();
   return scheme;
 }
 
-std::vector<glm::dvec3> scheme_directions(const UniformScheme& scheme) {
-  std::vector<glm::dvec3> directions;
+Status check_scheme(const UniformScheme& scheme) {
+  if (scheme.rings.size() < 2) return invalid_file("sampling scheme: fewer than two rings");
+  for (std::size_t k = 0; k < scheme.rings.size(); ++k) {
+    const auto fault = fault_of(scheme.rings[k], std::span(scheme.rings).first(k));
+    if (fault) return invalid_file(fmt::format("sampling scheme: rings[{}]: '{}' {}", k, fault->member, fault->what));
+  }
+  return check_size(scheme);
+}
+
+Result<UniformScheme> scheme_by_name(const std::string& name) {
+  if (!name.ends_with(".json")) return paper_scheme(name);
+  const Result<std::unique_ptr<ByteSource>> file = map_file(name);
+  if (!file) return file.error();
+  if ((*file)->size() > kLongestScheme) return unsupported("sampling scheme: longer than 1 MB");
+  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
+  if (!bytes) return bytes.error();
+  return parse_scheme({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+}
+
+std::vector<Direction> scheme_angles(const UniformScheme& scheme) {
+  std::vector<Direction> directions;
   for (const Ring& ring : scheme.rings) {
     for (std::size_t k = 0; k < ring.count; ++k) {
       const double phi_deg = 360.0 * static_cast<double>(k) / static_cast<double>(ring.count);
-      directions.push_back(vector_from_direction(direction_from_degrees(ring.theta_deg, phi_deg)));
+      directions.push_back(direction_from_degrees(ring.theta_deg, phi_deg));
     }
   }
   return directions;
+}
+
+std::vector<glm::dvec3> scheme_directions(const UniformScheme& scheme) {
+  std::vector<glm::dvec3> vectors;
+  for (const Direction& direction : scheme_angles(scheme)) vectors.push_back(vector_from_direction(direction));
+  return vectors;
 }
 
 }  // namespace sbrdf::internal

@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "formats/core/directions.h"
 #include "formats/core/result.h"
 
 namespace sbrdf::internal {
@@ -47,7 +48,15 @@ inline constexpr std::uint64_t kMostSchemeDirections = 4096;
 /// kUnsupported where there are more than kMostSchemeDirections.
 [[nodiscard]] Result<UniformScheme> parse_scheme(std::string_view text);
 
-/// The unit vectors, ring by ring.
+/// Whether rings that come from elsewhere make a scheme, by the same rules.
+[[nodiscard]] Status check_scheme(const UniformScheme& scheme);
+
+/// A scheme of the paper by its name, or one from a file whose name ends with ".json". Errors as of paper_scheme and
+/// parse_scheme, or kIo.
+[[nodiscard]] Result<UniformScheme> scheme_by_name(const std::string& name);
+
+/// The directions, ring by ring, as angles and as unit vectors.
+[[nodiscard]] std::vector<Direction> scheme_angles(const UniformScheme& scheme);
 [[nodiscard]] std::vector<glm::dvec3> scheme_directions(const UniformScheme& scheme);
 
 }  // namespace sbrdf::internal

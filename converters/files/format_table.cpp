@@ -35,7 +35,7 @@
 #include "formats/sbrdf/bundle.h"
 #include "formats/sbrdf/container.h"
 #include "formats/table/exr_image.h"
-#include "formats/table/hdf5_table.h"
+#include "formats/table/hdf5/table.h"
 #include "formats/table/npy.h"
 #include "formats/zemax/zemax.h"
 
@@ -136,7 +136,7 @@ const std::array kFormats = {
            .material = material_of_bundle},
     Format{.name = "hdf5",
            .extension = ".h5",
-           .description = "dense table in HDF5, any grid",
+           .description = "dense table on any grid, or uniform samples, in HDF5",
            .page = "hdf5.md",
            .capabilities = {Capability::kRead, Capability::kWrite},
            .holds = {.unmeasured = true, .channels = "any", .values = "float16, float32, float64"},
@@ -144,7 +144,8 @@ const std::array kFormats = {
            .recognise = [](Head head, std::uint64_t) { return whole_if(is_hdf5(head)); },
            .open = open_hdf5,
            .save = save_hdf5,
-           .fragile = true},
+           .fragile = true,
+           .check = check_hdf5_options},
     Format{.name = "kurt",
            .extension = ".json",
            .description = "parameters of a Kurt model",

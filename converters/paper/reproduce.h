@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "converters/baselines/scheme_samples.h"
+#include "converters/paper/published.h"
 #include "converters/slicing/slicing.h"
 #include "converters/source/progress.h"
 
@@ -16,8 +19,9 @@ namespace sbrdf::internal {
 /// One cell of the accuracy tables (Figures 5 to 14).
 struct AccuracyRow {
   std::string material;
+  PaperMethod method = PaperMethod::kProposed;
   std::uint64_t samples = 0;
-  std::string structure;   ///< "14/36", or the frame that a search chose
+  std::string structure;   ///< "14/36", the frame that a search chose, or "scheme 14"
   double mre_percent = 0;  ///< over the 2-degree grid, no floor
   double paper_mre_percent = 0;
   double off_grid_mre_percent = 0;     ///< over random directions, no floor
@@ -28,19 +32,30 @@ struct AccuracyRow {
 
 struct AccuracyOptions {
   std::vector<std::string> materials;  ///< names as kurt_material() takes them, in any order; empty: all ten
-  std::uint64_t random_count = 0;      ///< 0: all 54,464,400 pairs; else so many random ones of them, and off the grid
+  std::vector<PaperMethod> methods;    ///< in any order; empty: all three
+  /// Of the four the one that comes nearest to the paper's figures; it does not tell its own.
+  RbfKernel kernel = RbfKernel::kInverseMultiquadric;
+  std::uint64_t random_count = 0;  ///< 0: all 54,464,400 pairs; else so many random ones of them, and off the grid
   std::uint64_t seed = 1;
   bool automatic = false;  ///< let the search choose the structure, instead of Table 3 in the elevation frame
   SliceOptions slices;     ///< domain, refinement, mirrors and search effort; the rest is set per row
 };
 
-/// The materials x {8,911; 18,721} samples, material by material in the paper's order. Samples are not rounded, as in
-/// the paper. kUsage for a name that is none of the ten.
+/// The materials x {8,911; 18,721} samples x methods, in this order of growing, materials and methods as in the paper.
+/// Samples are not rounded, as in the paper. kUsage for a name that is none of the ten.
 [[nodiscard]] Result<std::vector<AccuracyRow>> reproduce_accuracy(const AccuracyOptions& options,
                                                                   const Progress& progress = {});
 
-/// exp(mean(log(mre / paper's mre))) over the rows of a sample count, of which there is one or more.
-[[nodiscard]] double mean_ratio_to_paper(std::span<const AccuracyRow> rows, std::uint64_t samples);
+/// exp(mean(log(mre / paper's mre))) over the rows of a method and a sample count, of which there is one or more.
+[[nodiscard]] double mean_ratio_to_paper(std::span<const AccuracyRow> rows, PaperMethod method, std::uint64_t samples);
+
+/// In how many materials and sample counts, of those that have rows of both, the proposed method has the smaller MRE.
+struct PaperOrdering {
+  std::size_t cells = 0;
+  std::size_t proposed_better = 0;
+  std::vector<std::string> otherwise;  ///< where it has not: "fabric112 at 8,911"
+};
+[[nodiscard]] PaperOrdering ordering_against(std::span<const AccuracyRow> rows, PaperMethod method);
 
 struct PlacementOptions {
   std::vector<std::uint64_t> counts;  ///< rising; each at least 55

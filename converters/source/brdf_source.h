@@ -20,6 +20,7 @@ namespace sbrdf::internal {
 class ByteSource;
 struct DecodedSliced;
 struct DenseTable;
+class SchemeSource;
 
 /// Something the reader saw in a file that its user should know: negative cells, unmeasured cells and the like.
 struct Finding {
@@ -89,6 +90,9 @@ class BrdfSource {
   /// source. nullptr otherwise, and where the table is not of a kind that a grid describes (patches, scattered
   /// samples).
   [[nodiscard]] virtual const DenseTable* table() const { return nullptr; }
+
+  /// This source itself where it consists of uniform samples. nullptr otherwise.
+  [[nodiscard]] virtual const SchemeSource* uniform_samples() const { return nullptr; }
 
   /// The file of a format (the name of its row) that says exactly what this source says: its bytes are a perfect copy.
   /// nullptr where there is none of that format, and where options of reading changed the meaning of the values.

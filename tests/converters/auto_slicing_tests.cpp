@@ -260,6 +260,7 @@ TEST(Table3, GivesThePlacementOfEachNumberOfSamples) {
 TEST(ReproduceAccuracy, JudgesSamplesThatAreNotRounded) {
   AccuracyOptions options;
   options.materials = {"red-velvet"};
+  options.methods = {PaperMethod::kProposed};
   options.random_count = 2000;
   options.slices.domain = DomainKind::kLinear;
   options.slices.refinement = Refinement::kByMeasured;

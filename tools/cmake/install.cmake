@@ -30,7 +30,7 @@ if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}" OR IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDE
 endif()
 # pkg-config: paths relative to the file itself, so that the installed tree can be moved.
 file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
-set(pc_private "libzstd fmt libhwy zlib hdf5 OpenEXR pugixml")
+set(pc_private "libzstd fmt libhwy zlib hdf5 OpenEXR pugixml qhull_r")
 if(SBRDF_WITH_TBB)
   string(APPEND pc_private " tbb")
 endif()

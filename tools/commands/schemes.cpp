@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "converters/baselines/schemes.h"
-#include "formats/os/files.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"
 
@@ -14,18 +13,6 @@ namespace sbrdf::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::uint64_t kLongestScheme = std::uint64_t{1} << 20U;
-
-Result<UniformScheme> scheme_of(const std::string& name) {
-  if (!name.ends_with(".json")) return paper_scheme(name);
-  const Result<std::unique_ptr<ByteSource>> file = map_file(name);
-  if (!file) return file.error();
-  if ((*file)->size() > kLongestScheme) return unsupported("sampling scheme: longer than 1 MB");
-  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
-  if (!bytes) return bytes.error();
-  return parse_scheme({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
-}
 
 double step_deg(const Ring& ring) { return 360.0 / static_cast<double>(ring.count); }
 
@@ -65,7 +52,7 @@ void print_rings(const UniformScheme& scheme) {
 int run_schemes(const std::vector<std::string>& names, bool as_json) {
   std::vector<UniformScheme> schemes;
   for (const std::string& name : names) {
-    Result<UniformScheme> scheme = scheme_of(name);
+    Result<UniformScheme> scheme = scheme_by_name(name);
     if (!scheme) return report_error(name, scheme.error());
     schemes.push_back(*std::move(scheme));
   }

@@ -13,11 +13,13 @@
 #include <vector>
 
 #include "converters/files/dense/dense_file.h"
+#include "converters/files/hdf5/samples_file.h"
 #include "converters/files/table_options.h"
 #include "converters/files/value_options.h"
 #include "converters/tables/dense_source.h"
 #include "converters/tables/tile_cache.h"
-#include "formats/table/hdf5_table.h"
+#include "formats/table/hdf5/samples.h"
+#include "formats/table/hdf5/table.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -43,6 +45,9 @@ constexpr std::array kOptions = {
                .counts = {0, 9},
                .fallback = "4",
                .meaning = "How hard an HDF5 OUT is compressed: 0 not at all, 9 most and slowest"},
+    kSchemeOption,
+    kInterpolationOption,
+    kRbfKernelOption,
     negatives_option(OptionUse::kBoth),
     non_finite_option(OptionUse::kBoth),
 };
@@ -158,8 +163,11 @@ DenseTable table_of(std::shared_ptr<const Hdf5TableReader> file, Grid grid, std:
 }  // namespace
 
 Result<std::unique_ptr<BrdfSource>> open_hdf5(std::shared_ptr<const ByteSource> file, const Options& options) {
+  const Result<std::shared_ptr<const Hdf5File>> opened = Hdf5File::open(file);
+  if (!opened) return opened.error();
+  if ((*opened)->content() == kHdf5UniformSamples) return open_samples(**opened, std::move(file), options);
   Result<std::unique_ptr<Hdf5TableReader>> reader =
-      Hdf5TableReader::open(file, options.text("hdf5-dataset").value_or(""));
+      Hdf5TableReader::open(*opened, options.text("hdf5-dataset").value_or(""));
   if (!reader) return reader.error();
   const std::shared_ptr<const Hdf5TableReader> shared = *std::move(reader);
   Result<Grid> grid = grid_of(*shared, options);
@@ -219,6 +227,10 @@ Hdf5Head head_of(const TableHead& table, const SourceTraits& traits) {
 
 Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) {
+  if (wants_samples(source, options)) return save_samples(source, sink, options, report, progress);
+  if (options.has("interpolation") && source.uniform_samples() == nullptr) {
+    return usage_error("--interpolation: is of uniform samples, which take --scheme");
+  }
   DenseWriting writing(source, options, ValueType::kFloat64, report);
   if (!options.has("deflate")) {
     if (const auto stored = writing.stored("hdf5")) return copy_bytes(*stored, sink, progress);
@@ -234,6 +246,15 @@ Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& option
   };
   if (Status sampled = writing.sample(box, take, progress); !sampled) return sampled;
   return (*writer)->finish(report_json(report));
+}
+
+Status check_hdf5_options(const Options& options) {
+  for (const char* dense : {"grid", "type"}) {
+    if (options.has("scheme") && options.has(dense)) {
+      return usage_error(fmt::format("--scheme: --{} is for dense tables, and uniform samples are none", dense));
+    }
+  }
+  return ok_status();
 }
 
 std::span<const OptionSpec> hdf5_options() { return kOptions; }

@@ -13,7 +13,7 @@
 
 namespace sbrdf::internal {
 
-// Dense tables in HDF5 (specs/hdf5.md): rows of the format table.
+// Dense tables and uniform samples in HDF5 (specs/hdf5.md): a row of the format table.
 
 /// The table as a source. A file of more than 64 MiB is read in boxes as it is evaluated, of which 256 MB stay in
 /// memory; a smaller one is read whole. Options: grid, where the file does not tell; hdf5-dataset; negatives;
@@ -26,6 +26,8 @@ namespace sbrdf::internal {
 /// unless an option asks for something else. Options: grid, type, deflate, negatives, non-finite.
 [[nodiscard]] Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                                const Progress& progress);
+/// kUsage where options of dense tables meet those of uniform samples.
+[[nodiscard]] Status check_hdf5_options(const Options& options);
 [[nodiscard]] std::span<const OptionSpec> hdf5_options();
 
 }  // namespace sbrdf::internal

@@ -12,7 +12,7 @@
 
 #include "converters/files/format_table.h"
 #include "converters/tables/dense_table.h"
-#include "formats/table/hdf5_table.h"
+#include "formats/table/hdf5/table.h"
 #include "tests/support/small_files.h"
 
 namespace sbrdf::internal {

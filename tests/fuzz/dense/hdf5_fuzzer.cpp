@@ -4,7 +4,7 @@
 #include <string>
 
 #include "converters/files/hdf5/hdf5_file.h"
-#include "formats/table/hdf5_table.h"
+#include "formats/table/hdf5/table.h"
 #include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/require.h"
 

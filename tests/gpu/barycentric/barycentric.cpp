@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "converters/baselines/scheme_samples.h"
 #include "formats/core/half.h"
 
 namespace sbrdf::internal {
@@ -34,11 +35,6 @@ glm::dvec3 direction_of(std::size_t face, double column, double row, std::size_t
                         (row / half - 1) * kCube[face].rows);
 }
 
-std::size_t pair_number(std::size_t i, std::size_t v) {
-  const std::size_t high = std::max(i, v);
-  return high * (high + 1) / 2 + std::min(i, v);
-}
-
 template <class T>
 std::vector<std::byte> bytes_of(const std::vector<T>& values) {
   std::vector<std::byte> bytes(values.size() * sizeof(T));
@@ -64,21 +60,20 @@ CubePlace cube_place(const glm::dvec3& w, std::size_t side) {
 }
 
 Barycentric::Barycentric(const BrdfSource& source, const UniformScheme& scheme)
-    : directions_(scheme_directions(scheme)) {
-  const std::vector<Triangle> triangles = triangulate(scheme);
+    : directions_(scheme_directions(scheme)), samples_(sample_scheme(source, scheme).value().values) {
+  const Triangulation triangulation = Triangulation::make(scheme).value();
   texels_.resize(kCubeFaces * kFaceSide * kFaceSide);
-  for (std::size_t face = 0; face < kCubeFaces; ++face) fill_face(face, triangles);
+  for (std::size_t face = 0; face < kCubeFaces; ++face) fill_face(face, triangulation);
   keep_directions();
-  sample(source);
 }
 
-void Barycentric::fill_face(std::size_t face, std::span<const Triangle> triangles) {
+void Barycentric::fill_face(std::size_t face, const Triangulation& triangulation) {
   for (std::size_t row = 0; row < kFaceSide; ++row) {
     for (std::size_t column = 0; column < kFaceSide; ++column) {
       const glm::dvec3 w =
           direction_of(face, static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5, kFaceSide);
       if (w.z < -0.01) continue;  // nobody asks, but for texels across the horizon
-      const Place place = place_of(w, directions_, triangles);
+      const Place place = triangulation.place_of(w);
       Texel& texel = texels_[(face * kFaceSide + row) * kFaceSide + column];
       for (std::size_t k = 0; k < 3; ++k) {
         texel.vertices[k] = static_cast<std::uint8_t>(place.triangle[k]);
@@ -103,17 +98,6 @@ void Barycentric::keep_directions() {
       }
     }
   }
-}
-
-void Barycentric::sample(const BrdfSource& source) {
-  std::vector<DirectionPair> pairs;
-  for (std::size_t high = 0; high < directions_.size(); ++high) {
-    for (std::size_t low = 0; low <= high; ++low) {
-      pairs.push_back({direction_from_vector(directions_[low]), direction_from_vector(directions_[high])});
-    }
-  }
-  samples_.resize(3 * pairs.size());
-  evaluate_in_parallel(source, pairs, samples_);
 }
 
 std::array<float, 3> Barycentric::evaluate(const glm::vec3& w_i, const glm::vec3& w_v) const {

@@ -10,8 +10,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "converters/baselines/triangulation.h"
 #include "converters/source/brdf_source.h"
-#include "tests/gpu/barycentric/triangulation.h"
 #include "tests/gpu/gl_harness.h"
 
 namespace sbrdf::internal {
@@ -45,9 +45,8 @@ class Barycentric {
     std::array<std::uint8_t, 4> vertices{};  // the last is not used
     std::array<std::uint16_t, 4> weights{};  // half floats
   };
-  void fill_face(std::size_t face, std::span<const Triangle> triangles);
+  void fill_face(std::size_t face, const Triangulation& triangulation);
   void keep_directions();
-  void sample(const BrdfSource& source);
 
   std::vector<glm::dvec3> directions_;
   std::vector<Texel> texels_;   // six faces

@@ -51,34 +51,6 @@ double worst_relative(const std::vector<float>& values, const std::vector<float>
   return worst;
 }
 
-TEST(BarycentricTriangles, AreThoseOfThePapersSchemes) {
-  EXPECT_EQ(triangulate(paper_scheme("14").value()).size(), 228U);
-  EXPECT_EQ(triangulate(paper_scheme("19").value()).size(), 324U);
-}
-
-TEST(BarycentricTriangles, CoverTheHemisphereOnce) {
-  const UniformScheme scheme = paper_scheme("14").value();
-  const std::vector<glm::dvec3> directions = scheme_directions(scheme);
-  const std::vector<Triangle> triangles = triangulate(scheme);
-  std::mt19937 random(3);
-  for (int trial = 0; trial < 500; ++trial) {
-    const glm::dvec3 w = glm::normalize(glm::dvec3(draw_direction(random)));
-    if (w.z < std::cos(radians_from_degrees(79))) continue;
-    int inside = 0;
-    for (const Triangle& t : triangles) {
-      const glm::dvec3 &a = directions[t[0]], &b = directions[t[1]], &c = directions[t[2]];
-      if (std::min({glm::dot(w, glm::cross(a, b)), glm::dot(w, glm::cross(b, c)), glm::dot(w, glm::cross(c, a))}) > 0) {
-        ++inside;
-      }
-    }
-    EXPECT_EQ(inside, 1);
-    const Place place = place_of(w, directions, triangles);
-    glm::dvec3 sum(0);
-    for (std::size_t k = 0; k < 3; ++k) sum += place.weights[k] * directions[place.triangle[k]];
-    EXPECT_LT(glm::length(glm::normalize(sum) - w), 1e-12);
-  }
-}
-
 TEST(BarycentricShader, AgreesWithTheProcessor) {
   SBRDF_MAKE_GL_CONTEXT(context, GlApi::kCore45);
   const auto source = make_kurt_source(kurt_material("fabric112").value());

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "formats/core/byte_sink.h"
-#include "formats/core/byte_source.h"
 #include "formats/core/result.h"
+#include "formats/table/hdf5/file.h"
 
 namespace sbrdf::internal {
 
@@ -40,23 +40,20 @@ struct Hdf5Head {
   double slice_theta_max_deg = 90;  ///< how far slices of it should go unless somebody says otherwise
 };
 
-/// Name of the dataset in files that are written here.
+/// What files that are written here say that they hold, and the name of the dataset in them.
+inline constexpr const char* kHdf5DenseTable = "dense table";
 inline constexpr const char* kHdf5Dataset = "f_r";
 /// Nodes along one axis, and channels: larger ones are refused.
 inline constexpr std::uint64_t kHdf5MostAlongAxis = 65536;
 inline constexpr std::uint64_t kHdf5MostChannels = 4096;
 
-/// The bytes begin as every HDF5 file does.
-[[nodiscard]] bool is_hdf5(std::span<const std::byte> head);
-
 /// A dense table in a file, read a box at a time.
 class Hdf5TableReader {
  public:
   /// `dataset` is the path of the dataset in the file; empty: "f_r", or else the only one of numbers with four or five
-  /// dimensions. A file of more than 64 MiB that has a path is read in place, others from memory. kInvalidFile for a
-  /// file that the library does not take, without such a dataset, or whose attributes contradict it; kUnsupported for
+  /// dimensions. kInvalidFile for a file without such a dataset, or whose attributes contradict it; kUnsupported for
   /// numbers other than IEEE floats, and sizes beyond the limits above; kUsage where several datasets could be meant.
-  [[nodiscard]] static Result<std::unique_ptr<Hdf5TableReader>> open(std::shared_ptr<const ByteSource> file,
+  [[nodiscard]] static Result<std::unique_ptr<Hdf5TableReader>> open(std::shared_ptr<const Hdf5File> file,
                                                                      const std::string& dataset = {});
   ~Hdf5TableReader();
   Hdf5TableReader(const Hdf5TableReader&) = delete;

@@ -1,4 +1,4 @@
-#include "formats/table/hdf5_handle.h"
+#include "formats/table/hdf5/handle.h"
 
 #include <string_view>
 

@@ -1,0 +1,152 @@
+#include "converters/baselines/rbf.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <glm/vec3.hpp>
+
+namespace sbrdf::internal {
+namespace {
+
+using Eigen::Index;
+
+/// The interpolant must meet its samples as nearly as this, relative to the largest of them.
+constexpr double kLargestMiss = 1e-6;
+
+Index index_of(std::size_t k) { return static_cast<Index>(k); }
+
+class RbfSource final : public SchemeSource {
+ public:
+  RbfSource(SchemeSamples samples, RbfKernel kernel);
+  /// Before it is used.
+  [[nodiscard]] Status solve();
+
+ private:
+  using Matrix = Eigen::MatrixXd;
+
+  [[nodiscard]] Matrix basis(std::span<const glm::dvec3> w) const;
+  void interpolate(std::span<const glm::dvec3> w_i, std::span<const glm::dvec3> w_v,
+                   std::span<float> values) const override;
+
+  [[nodiscard]] Index polynomial_terms() const;
+
+  Matrix nodes_;         // directions x 3
+  Matrix coefficients_;  // C of each channel, one below the other
+};
+
+RbfSource::RbfSource(SchemeSamples samples, RbfKernel kernel)
+    : SchemeSource(std::move(samples), {Interpolation::Kind::kRbf, kernel}, "extrapolated") {
+  const std::vector<glm::dvec3> directions = scheme_directions(this->samples().scheme);
+  nodes_.resize(index_of(directions.size()), 3);
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    nodes_.row(index_of(k)) << directions[k].x, directions[k].y, directions[k].z;
+  }
+}
+
+// One column for each direction that is asked for: the kernel's values, and the polynomial's.
+RbfSource::Matrix RbfSource::basis(std::span<const glm::dvec3> w) const {
+  Matrix asked(3, index_of(w.size()));
+  for (std::size_t k = 0; k < w.size(); ++k) asked.col(index_of(k)) << w[k].x, w[k].y, w[k].z;
+  Matrix values(nodes_.rows() + polynomial_terms(), asked.cols());
+  auto radial = values.topRows(nodes_.rows());
+  radial = (2 - 2 * (nodes_ * asked).array()).max(0).matrix();  // r^2
+  switch (interpolation().kernel) {
+    case RbfKernel::kLinear:
+      radial = radial.array().sqrt().matrix();
+      break;
+    case RbfKernel::kCubic:
+      radial = (radial.array() * radial.array().sqrt()).matrix();
+      break;
+    case RbfKernel::kThinPlate:
+      radial = radial.unaryExpr([](double r2) { return r2 > 0 ? 0.5 * r2 * std::log(r2) : 0.0; });
+      break;
+    case RbfKernel::kInverseMultiquadric:
+      radial = (radial.array() + kRbfWidth * kRbfWidth).rsqrt().matrix();
+      break;
+  }
+  if (polynomial_terms() > 0) values.row(nodes_.rows()).setOnes();
+  if (polynomial_terms() > 1) values.bottomRows(3) = asked;
+  return values;
+}
+
+// As many as make the solution unique: none, 1, or 1, x, y and z.
+Index RbfSource::polynomial_terms() const {
+  switch (interpolation().kernel) {
+    case RbfKernel::kInverseMultiquadric:
+      return 0;
+    case RbfKernel::kLinear:
+      return 1;
+    case RbfKernel::kCubic:
+    case RbfKernel::kThinPlate:
+      break;
+  }
+  return 4;
+}
+
+Status RbfSource::solve() {
+  const std::size_t count = samples().scheme.direction_count();
+  const std::size_t channels = samples().channels.size();
+  const Index size = nodes_.rows() + polynomial_terms();
+  Matrix interpolation = Matrix::Zero(size, size);
+  interpolation.leftCols(nodes_.rows()) = basis(scheme_directions(samples().scheme));
+  interpolation.topRightCorner(nodes_.rows(), polynomial_terms()) =
+      interpolation.bottomLeftCorner(polynomial_terms(), nodes_.rows()).transpose();
+  const Eigen::PartialPivLU<Matrix> solver(interpolation);
+  coefficients_.resize(index_of(channels) * size, size);
+  for (std::size_t c = 0; c < channels; ++c) {
+    Matrix values = Matrix::Zero(size, size);
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = 0; b < count; ++b) {
+        values(index_of(a), index_of(b)) = samples().values[pair_number(a, b) * channels + c];
+      }
+    }
+    const Matrix half = solver.solve(values);
+    const Matrix found = solver.solve(Matrix(half.transpose()));
+    const double largest = values.cwiseAbs().maxCoeff();
+    const double miss = (interpolation * found * interpolation - values).cwiseAbs().maxCoeff();
+    if (!(miss <= kLargestMiss * largest)) {
+      return unsupported(fmt::format("the equations of the RBF have no solution: it misses samples by {:.2g} of {:.2g}",
+                                     miss, largest));
+    }
+    coefficients_.middleRows(index_of(c) * size, size) = found;
+  }
+  return ok_status();
+}
+
+// Of directions of the light that follow each other and are the same, all but one are left out.
+void RbfSource::interpolate(std::span<const glm::dvec3> w_i, std::span<const glm::dvec3> w_v,
+                            std::span<float> values) const {
+  std::vector<glm::dvec3> lights;
+  std::vector<Index> light_of;
+  for (const glm::dvec3& w : w_i) {
+    if (lights.empty() || lights.back() != w) lights.push_back(w);
+    light_of.push_back(index_of(lights.size()) - 1);
+  }
+  const Index size = coefficients_.cols();
+  const Matrix lit = coefficients_ * basis(lights);  // of each channel, one below the other
+  const Matrix seen = basis(w_v);
+  const std::size_t channels = channel_count();
+  for (std::size_t k = 0; k < w_v.size(); ++k) {
+    for (std::size_t c = 0; c < channels; ++c) {
+      const auto weights = lit.col(light_of[k]).segment(index_of(c) * size, size);
+      values[k * channels + c] = static_cast<float>(weights.dot(seen.col(index_of(k))));
+    }
+  }
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SchemeSource>> make_rbf(SchemeSamples samples, RbfKernel kernel) {
+  auto source = std::make_unique<RbfSource>(std::move(samples), kernel);
+  if (Status solved = source->solve(); !solved) return solved.error();
+  return std::unique_ptr<SchemeSource>(std::move(source));
+}
+
+}  // namespace sbrdf::internal
