@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace sbrdf::internal {
 namespace {
+
+constexpr float kGreatest = std::numeric_limits<float>::max();
 
 /// The place of the direction that was asked for last, as tables and grids have runs of the same.
 class LastPlace {
@@ -54,6 +57,8 @@ void BarycentricSource::interpolate(std::span<const glm::dvec3> w_i, std::span<c
         for (std::size_t c = 0; c < channels; ++c) value[c] += weight * sample[c];
       }
     }
+    // Weights of sum 1 may round to more.
+    for (std::size_t c = 0; c < channels; ++c) value[c] = std::clamp(value[c], -kGreatest, kGreatest);
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +21,7 @@ using Eigen::Index;
 
 /// The interpolant must meet its samples as nearly as this, relative to the largest of them.
 constexpr double kLargestMiss = 1e-6;
+constexpr double kGreatest = std::numeric_limits<float>::max();
 
 Index index_of(std::size_t k) { return static_cast<Index>(k); }
 
@@ -56,7 +59,7 @@ RbfSource::Matrix RbfSource::basis(std::span<const glm::dvec3> w) const {
   for (std::size_t k = 0; k < w.size(); ++k) asked.col(index_of(k)) << w[k].x, w[k].y, w[k].z;
   Matrix values(nodes_.rows() + polynomial_terms(), asked.cols());
   auto radial = values.topRows(nodes_.rows());
-  radial = (2 - 2 * (nodes_ * asked).array()).max(0).matrix();  // r^2
+  radial = (2 - 2 * nodes_.lazyProduct(asked).array()).max(0).matrix();  // r^2
   switch (interpolation().kernel) {
     case RbfKernel::kLinear:
       radial = radial.array().sqrt().matrix();
@@ -130,13 +133,17 @@ void RbfSource::interpolate(std::span<const glm::dvec3> w_i, std::span<const glm
     light_of.push_back(index_of(lights.size()) - 1);
   }
   const Index size = coefficients_.cols();
-  const Matrix lit = coefficients_ * basis(lights);  // of each channel, one below the other
+  // Of each channel, one below the other. One light at a time, so that it has the same bits in any company.
+  const Matrix bases = basis(lights);
+  Matrix lit(coefficients_.rows(), bases.cols());
+  for (Index k = 0; k < bases.cols(); ++k) lit.col(k).noalias() = coefficients_ * bases.col(k);
   const Matrix seen = basis(w_v);
   const std::size_t channels = channel_count();
   for (std::size_t k = 0; k < w_v.size(); ++k) {
     for (std::size_t c = 0; c < channels; ++c) {
       const auto weights = lit.col(light_of[k]).segment(index_of(c) * size, size);
-      values[k * channels + c] = static_cast<float>(weights.dot(seen.col(index_of(k))));
+      const double value = weights.dot(seen.col(index_of(k)));
+      values[k * channels + c] = static_cast<float>(std::clamp(value, -kGreatest, kGreatest));
     }
   }
 }

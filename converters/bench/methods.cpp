@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
+#include "converters/baselines/schemes.h"
 #include "converters/bench/yardstick.h"
 #include "converters/files/format_table.h"
 #include "converters/tables/grid.h"
@@ -65,6 +67,23 @@ std::vector<Variant> by_grid(const VariantChoice& choice) {
   for (const std::string& grid : choice.grids) {
     const Result<Grid> parsed = parse_grid(grid);
     variants.push_back({parsed ? parsed->size_text() : grid, 0, Options().set("grid", grid).set("type", "float32")});
+  }
+  return variants;
+}
+
+/// The scheme of the paper with the nearest number of samples for each.
+std::vector<Variant> by_scheme(const VariantChoice& choice) {
+  const std::vector<UniformScheme> schemes = paper_schemes();
+  std::vector<Variant> variants;
+  for (const std::uint64_t samples : choice.samples) {
+    const auto off = [&](const UniformScheme& scheme) {
+      return std::abs(std::log(static_cast<double>(scheme.reciprocal_pair_count()) / static_cast<double>(samples)));
+    };
+    const auto nearest =
+        std::min_element(schemes.begin(), schemes.end(), [&](const auto& a, const auto& b) { return off(a) < off(b); });
+    const std::string name = grouped(nearest->reciprocal_pair_count()) + " samples";
+    if (!variants.empty() && variants.back().name == name) continue;
+    variants.push_back({name, 0, Options().set("scheme", nearest->name)});
   }
   return variants;
 }
@@ -146,6 +165,14 @@ Result<Prepared> prepare_dense(Workshop& workshop, const Variant& variant, const
   return prepare_format(workshop.file(".npy", variant.options, progress), Options().set("grid", grid));
 }
 
+Result<Prepared> prepare_barycentric(Workshop& workshop, const Variant& variant, const Progress& progress) {
+  return prepare_format(workshop.file(".h5", variant.options, progress), Options().set("interpolation", "barycentric"));
+}
+
+Result<Prepared> prepare_rbf(Workshop& workshop, const Variant& variant, const Progress& progress) {
+  return prepare_format(workshop.file(".h5", variant.options, progress), Options().set("interpolation", "rbf"));
+}
+
 Result<Prepared> prepare_rgl(Workshop& workshop, const Variant& variant, const Progress& progress) {
   return prepare_format(workshop.file(".bsdf", variant.options, progress), {});
 }
@@ -222,6 +249,8 @@ constexpr std::array kMethods = {
     Method{"plain table", of_isotropic_rgb, merl_cells, prepare_plain},
     Method{"plain table, half floats", of_isotropic_rgb, merl_cells, prepare_plain_half},
     Method{"dense 4-D table", of_anisotropic, by_grid, prepare_dense, nullptr, kWildOfCoarseTables},
+    Method{"uniform, barycentric", any, by_scheme, prepare_barycentric, nullptr, kWildOfCoarseTables},
+    Method{"uniform, RBF", any, by_scheme, prepare_rbf, nullptr, kWildOfCoarseTables},
     Method{"RGL", of_rgb_but_rgl, rgl_tables, prepare_rgl},
 };
 

@@ -47,6 +47,35 @@ def check_written(program, folder):
     assert "DATA {" in dump and "DIMENSION_LIST" in dump
 
 
+def check_samples(program, folder):
+    """Uniform samples: directions and rows as their page says, beside what the source is there, and given back."""
+    path = folder / "samples.h5"
+    run(program, "convert", "kurt:fabric112", path, "--scheme", "4", "--interpolation", "rbf", "--rbf-kernel", "linear")
+    with h5py.File(path) as file:
+        attributes = {key: file.attrs[key] for key in ("sbrdf", "version", "scheme", "interpolation", "kernel")}
+        assert attributes == {"sbrdf": b"uniform samples", "version": b"1", "scheme": b"4", "interpolation": b"rbf",
+                              "kernel": b"linear"}, attributes
+        thetas, counts, values = file["ring_theta"][...], file["ring_count"][...], file["f_r"][...]
+        assert list(thetas) == [0, 20, 40, 60, 80] and list(counts) == [1, 6, 10, 12, 18]
+        assert [name.decode() for name in file["channel"][...]] == ["R", "G", "B"] and values.shape == (1128, 3)
+    directions = [(t, 360 * k / n) for t, n in zip(thetas, counts.astype(int)) for k in range(n)]
+    pairs = [(*directions[b], *directions[a]) for a in range(len(directions)) for b in range(a + 1)]
+    expected = evaluate(program, "kurt:fabric112", pairs)
+    assert np.allclose(values, expected, rtol=1e-6), np.abs(values / expected - 1).max()
+    assert np.allclose(evaluate(program, path, pairs), expected, rtol=1e-5, atol=1e-5)
+    for field, damaged in (("ring_count", counts + 1), ("f_r", values[:-1]), ("ring_theta", thetas - 30)):
+        with h5py.File(path, "a") as file:
+            kept = file[field][...]
+            del file[field]
+            file[field] = damaged
+        done = subprocess.run([program, "info", str(path)], capture_output=True, text=True)
+        assert done.returncode == 3 and "samples.h5" in done.stderr, (field, done)
+        with h5py.File(path, "a") as file:
+            del file[field]
+            file[field] = kept
+    run(program, "info", path)
+
+
 def check_foreign(program, folder):
     """A dataset without any attribute, big-endian and not chunked."""
     path = folder / "foreign.h5"
@@ -87,7 +116,7 @@ def check_exact(program, folder):
 def main():
     program = sys.argv[1]
     with tempfile.TemporaryDirectory() as name:
-        for check in (check_written, check_foreign, check_exact):
+        for check in (check_written, check_samples, check_foreign, check_exact):
             check(program, pathlib.Path(name))
             print(check.__doc__.splitlines()[0])
     return 0

@@ -48,12 +48,12 @@ ROOMS = {
         "models": ["source"],
         "tables": ["source", "difference"],
         "slicing": ["source", "difference"],
-        "files": ["source", "json", "difference", "models", "tables", "slicing"],
+        "files": ["source", "json", "difference", "models", "tables", "slicing", "baselines"],
         "scene": ["source", "json"],
-        "baselines": ["json"],
+        "baselines": ["source", "json"],
         "judge": ["source", "difference", "tables", "slicing"],
-        "bench": ["source", "difference", "tables", "slicing", "files", "judge"],
-        "paper": ["source", "difference", "models", "slicing", "files", "judge"],
+        "bench": ["source", "difference", "tables", "slicing", "files", "baselines", "judge"],
+        "paper": ["source", "difference", "models", "slicing", "files", "baselines", "judge"],
         "stress": ["source", "models", "slicing", "files", "judge"],
         "api": ["files"],
     },
@@ -70,7 +70,7 @@ MOST_FILES = 15  # in one folder
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 LIBRARY_LAYERS = {"formats", "codec", "converters"}
 FILE_ROOM = "formats/os/"  # the one place below the tools that opens files
-OPENERS = ("converters/files/by_name.", "converters/api/", "tools/", "tests/")  # and who may use it
+OPENERS = ("converters/files/by_name.", "converters/baselines/schemes.", "converters/api/", "tools/", "tests/")  # and who may use it
 FILES_AND_PRINTING = {"fcntl.h", "filesystem", "fstream", "iostream", "print", "unistd.h"}
 SUFFIXES = {".h", ".cpp", ".inc"}
 FRONT_DOOR = "converters/api/sbrdf/"  # a namespace of its own

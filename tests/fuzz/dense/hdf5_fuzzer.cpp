@@ -4,12 +4,13 @@
 #include <string>
 
 #include "converters/files/hdf5/hdf5_file.h"
+#include "formats/table/hdf5/samples.h"
 #include "formats/table/hdf5/table.h"
 #include "tests/fuzz/evaluate_everywhere.h"
 #include "tests/fuzz/require.h"
 
-// What an HDF5 file says about its table, not how the library packs it: heads of any content are written, and whatever
-// the reader takes must evaluate to finite values.
+// What an HDF5 file says about its table or its uniform samples, not how the library packs it: heads of any content are
+// written, and whatever the reader takes must evaluate to finite values.
 
 namespace sbrdf::internal::fuzzing {
 namespace {
@@ -38,8 +39,35 @@ Hdf5Head head_from(FuzzedDataProvider& input) {
   return head;
 }
 
+void open_and_evaluate(MemorySink sink) {
+  const auto source = open_hdf5(std::make_shared<OwnedMemorySource>(std::move(sink).take()), {});
+  if (source) evaluate_everywhere(**source);
+}
+
+void run_samples(FuzzedDataProvider& input) {
+  Hdf5Samples samples;
+  const auto rings = input.ConsumeIntegralInRange<int>(1, 4);
+  double theta = 0;
+  for (int k = 0; k < rings; ++k) {
+    samples.ring_theta_deg.push_back(theta);
+    samples.ring_count.push_back(k == 0 ? 1 : input.ConsumeBool() ? 4 : input.ConsumeFloatingPoint<double>());
+    theta += input.ConsumeBool() ? 20 : input.ConsumeFloatingPoint<double>();
+  }
+  const std::size_t directions = 1 + 4 * static_cast<std::size_t>(rings - 1);
+  samples.channels.assign(static_cast<std::size_t>(input.ConsumeIntegralInRange<int>(1, 3)), "c");
+  samples.values.resize(directions * (directions + 1) / 2 * samples.channels.size(), 1);
+  for (float& value : samples.values) {
+    if (input.ConsumeBool()) value = input.ConsumeFloatingPoint<float>();
+  }
+  samples.interpolation = input.PickValueInArray({"barycentric", "rbf", "nearest"});
+  samples.kernel = input.PickValueInArray({"linear", "cubic", "thin-plate", "inverse-multiquadric", ""});
+  MemorySink sink;
+  if (write_hdf5_samples(sink, samples, "", 0)) open_and_evaluate(std::move(sink));
+}
+
 void run(const std::uint8_t* bytes, std::size_t size) {
   FuzzedDataProvider input(bytes, size);
+  if (input.ConsumeBool()) return run_samples(input);
   const Hdf5Head head = head_from(input);
   Hdf5Extent shape{};
   for (std::size_t k = 0; k < head.axes.size(); ++k) shape[k] = head.axes[k].nodes_deg.size();
@@ -49,8 +77,7 @@ void run(const std::uint8_t* bytes, std::size_t size) {
   MemorySink sink;
   auto writer = Hdf5TableWriter::create(sink, head, shape, 0);
   if (!writer || !(*writer)->write({}, shape, values) || !(*writer)->finish("")) return;
-  const auto source = open_hdf5(std::make_shared<OwnedMemorySource>(std::move(sink).take()), {});
-  if (source) evaluate_everywhere(**source);
+  open_and_evaluate(std::move(sink));
 }
 
 }  // namespace
