@@ -40,6 +40,7 @@ int run_command(int argc, char** argv) {
   sbrdf::internal::add_eval(program, exit_code);
   sbrdf::internal::add_formats(program, exit_code);
   sbrdf::internal::add_schemes(program, exit_code);
+  sbrdf::internal::add_fit(program, exit_code);
   sbrdf::internal::add_extract(program, exit_code);
   sbrdf::internal::add_pack(program, exit_code);
   sbrdf::internal::add_verify(program, exit_code);

@@ -47,6 +47,9 @@ Result<KurtModel> kurt_material(std::string_view name);
 /// a number is outside its range; the message names the key ("lobes[1].m_x"), or the offset where the text is no JSON.
 Result<KurtModel> parse_kurt_json(std::string_view text);
 
+/// The text that parse_kurt_json reads, with every number as it is.
+[[nodiscard]] std::string emit_kurt_json(const KurtModel& model);
+
 /// kUsage where a number of the model is outside its range; the message names it as parse_kurt_json does.
 Status check_kurt_model(const KurtModel& model);
 

@@ -221,4 +221,13 @@ Result<KurtModel> parse_kurt_json(std::string_view text) {
   return model;
 }
 
+std::string emit_kurt_json(const KurtModel& model) {
+  nlohmann::ordered_json json = {{"name", model.name}, {"k_d", model.k_d}, {"lobes", nlohmann::ordered_json::array()}};
+  for (const KurtLobe& lobe : model.lobes) {
+    json["lobes"].push_back(
+        {{"k_s", lobe.k_s}, {"f_0", lobe.f_0}, {"m_x", lobe.m_x}, {"m_y", lobe.m_y}, {"alpha", lobe.alpha}});
+  }
+  return json.dump(1) + "\n";
+}
+
 }  // namespace sbrdf::internal

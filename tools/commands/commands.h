@@ -14,6 +14,7 @@ void add_check(CLI::App& program, int& exit_code);
 void add_eval(CLI::App& program, int& exit_code);
 void add_formats(CLI::App& program, int& exit_code);
 void add_schemes(CLI::App& program, int& exit_code);
+void add_fit(CLI::App& program, int& exit_code);
 void add_extract(CLI::App& program, int& exit_code);
 void add_pack(CLI::App& program, int& exit_code);
 void add_verify(CLI::App& program, int& exit_code);
