@@ -1,6 +1,7 @@
 #include "converters/baselines/barycentric.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -8,7 +9,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr float kGreatest = std::numeric_limits<float>::max();
+constexpr double kGreatest = std::numeric_limits<float>::max();
 
 /// The place of the direction that was asked for last, as tables and grids have runs of the same.
 class LastPlace {
@@ -45,20 +46,20 @@ void BarycentricSource::interpolate(std::span<const glm::dvec3> w_i, std::span<c
   LastPlace last_light(triangulation_);
   LastPlace last_viewer(triangulation_);
   const std::size_t channels = channel_count();
-  std::ranges::fill(values, 0.0F);
   for (std::size_t k = 0; k < w_i.size(); ++k) {
     const Place& light = last_light.at(w_i[k]);
     const Place& viewer = last_viewer.at(w_v[k]);
-    float* value = values.data() + k * channels;
-    for (std::size_t a = 0; a < 3; ++a) {
-      for (std::size_t b = 0; b < 3; ++b) {
-        const auto weight = static_cast<float>(light.weights[a] * viewer.weights[b]);
-        const float* sample = samples().values.data() + pair_number(light.triangle[a], viewer.triangle[b]) * channels;
-        for (std::size_t c = 0; c < channels; ++c) value[c] += weight * sample[c];
-      }
+    std::array<const float*, 9> sample;
+    std::array<double, 9> weight;
+    for (std::size_t n = 0; n < sample.size(); ++n) {
+      sample[n] = samples().values.data() + pair_number(light.triangle[n / 3], viewer.triangle[n % 3]) * channels;
+      weight[n] = light.weights[n / 3] * viewer.weights[n % 3];
     }
-    // Weights of sum 1 may round to more.
-    for (std::size_t c = 0; c < channels; ++c) value[c] = std::clamp(value[c], -kGreatest, kGreatest);
+    for (std::size_t c = 0; c < channels; ++c) {
+      double sum = 0;
+      for (std::size_t n = 0; n < sample.size(); ++n) sum += weight[n] * sample[n][c];
+      values[k * channels + c] = static_cast<float>(std::clamp(sum, -kGreatest, kGreatest));  // sums of 1 may round up
+    }
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,7 @@ using Eigen::Index;
 
 /// The interpolant must meet its samples as nearly as this, relative to the largest of them.
 constexpr double kLargestMiss = 1e-6;
+constexpr std::uint64_t kMostCoefficients = std::uint64_t{1} << 25U;  // 256 MB
 constexpr double kGreatest = std::numeric_limits<float>::max();
 
 Index index_of(std::size_t k) { return static_cast<Index>(k); }
@@ -123,26 +125,39 @@ Status RbfSource::solve() {
   return ok_status();
 }
 
-// Of directions of the light that follow each other and are the same, all but one are left out.
+/// Directions without those that come again, in any order, and where each of the given ones is among them.
+struct Distinct {
+  explicit Distinct(std::span<const glm::dvec3> given) : directions(given.begin(), given.end()) {
+    const auto before = [](const glm::dvec3& a, const glm::dvec3& b) {
+      return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+    };
+    std::sort(directions.begin(), directions.end(), before);
+    directions.erase(std::unique(directions.begin(), directions.end()), directions.end());
+    for (const glm::dvec3& w : given) {
+      place.push_back(std::lower_bound(directions.begin(), directions.end(), w, before) - directions.begin());
+    }
+  }
+
+  std::vector<glm::dvec3> directions;
+  std::vector<Index> place;
+};
+
+// Grids come with the same directions again and again. Each is worked out by itself, so that it has the same bits in
+// any company.
 void RbfSource::interpolate(std::span<const glm::dvec3> w_i, std::span<const glm::dvec3> w_v,
                             std::span<float> values) const {
-  std::vector<glm::dvec3> lights;
-  std::vector<Index> light_of;
-  for (const glm::dvec3& w : w_i) {
-    if (lights.empty() || lights.back() != w) lights.push_back(w);
-    light_of.push_back(index_of(lights.size()) - 1);
-  }
+  const Distinct lights(w_i);
+  const Distinct viewers(w_v);
   const Index size = coefficients_.cols();
-  // Of each channel, one below the other. One light at a time, so that it has the same bits in any company.
-  const Matrix bases = basis(lights);
-  Matrix lit(coefficients_.rows(), bases.cols());
+  const Matrix bases = basis(lights.directions);
+  Matrix lit(coefficients_.rows(), bases.cols());  // of each channel, one below the other
   for (Index k = 0; k < bases.cols(); ++k) lit.col(k).noalias() = coefficients_ * bases.col(k);
-  const Matrix seen = basis(w_v);
+  const Matrix seen = basis(viewers.directions);
   const std::size_t channels = channel_count();
   for (std::size_t k = 0; k < w_v.size(); ++k) {
+    const auto viewer = seen.col(viewers.place[k]);
     for (std::size_t c = 0; c < channels; ++c) {
-      const auto weights = lit.col(light_of[k]).segment(index_of(c) * size, size);
-      const double value = weights.dot(seen.col(index_of(k)));
+      const double value = lit.col(lights.place[k]).segment(index_of(c) * size, size).dot(viewer);
       values[k * channels + c] = static_cast<float>(std::clamp(value, -kGreatest, kGreatest));
     }
   }
@@ -151,6 +166,13 @@ void RbfSource::interpolate(std::span<const glm::dvec3> w_i, std::span<const glm
 }  // namespace
 
 Result<std::unique_ptr<SchemeSource>> make_rbf(SchemeSamples samples, RbfKernel kernel) {
+  const std::uint64_t pairs = samples.scheme.pair_count();
+  if (pairs * samples.channels.size() > kMostCoefficients) {
+    return unsupported(
+        fmt::format("radial basis functions of {} pairs of directions and {} channels: more than 2^25 "
+                    "coefficients",
+                    pairs, samples.channels.size()));
+  }
   auto source = std::make_unique<RbfSource>(std::move(samples), kernel);
   if (Status solved = source->solve(); !solved) return solved.error();
   return std::unique_ptr<SchemeSource>(std::move(source));

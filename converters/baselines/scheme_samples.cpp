@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <utility>
 
@@ -19,7 +18,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kBlock = 256;  // pairs that are interpolated together, on the stack
+constexpr std::size_t kBlock = 4096;  // pairs that are interpolated together
 
 std::vector<DirectionPair> reciprocal_pairs(const UniformScheme& scheme) {
   std::vector<DirectionPair> pairs;
@@ -52,7 +51,8 @@ Result<SchemeSamples> sample_scheme(const BrdfSource& source, const UniformSchem
   const BrdfSource& reciprocal = source.traits().reciprocal ? source : symmetrised;
   const std::vector<DirectionPair> pairs = reciprocal_pairs(scheme);
   if (Status measured = check_measured(reciprocal, pairs); !measured) return measured.error();
-  SchemeSamples samples = {scheme, source.traits().channels, {}};
+  const SourceTraits& traits = source.traits();
+  SchemeSamples samples = {scheme, traits.description, traits.theta_max_deg, traits.channels, {}};
   const std::size_t channels = samples.channels.size();
   samples.values.resize(pairs.size() * channels);
   constexpr std::size_t kAtOnce = 65536;
@@ -74,11 +74,13 @@ SchemeSource::SchemeSource(SchemeSamples samples, const Interpolation& interpola
     : samples_(std::move(samples)), interpolation_(interpolation) {
   const UniformScheme& scheme = samples_.scheme;
   traits_.format = "hdf5";
-  traits_.description = fmt::format("{} uniform samples (scheme {}, {} directions), {}", scheme.reciprocal_pair_count(),
-                                    scheme.name, scheme.direction_count(), text_of(interpolation));
+  if (!samples_.description.empty()) traits_.description = samples_.description + "; ";
+  traits_.description +=
+      fmt::format("{} uniform samples (scheme {}, {} directions), {}", scheme.reciprocal_pair_count(), scheme.name,
+                  scheme.direction_count(), text_of(interpolation));
   traits_.channels = samples_.channels;
   traits_.reciprocal = true;
-  traits_.theta_max_deg = scheme.rings.back().theta_deg;
+  traits_.theta_max_deg = std::min(samples_.theta_max_deg, scheme.rings.back().theta_deg);
   traits_.slice_theta_max_deg = traits_.theta_max_deg;
   traits_.beyond_theta_max = std::move(beyond);
 }
@@ -86,19 +88,19 @@ SchemeSource::SchemeSource(SchemeSamples samples, const Interpolation& interpola
 // `vectors_of(k, i, v)` says whether pair k is above the horizon, and sets its vectors if so.
 template <class VectorsOf>
 void SchemeSource::evaluate_each(std::size_t count, const VectorsOf& vectors_of, std::span<float> values) const {
-  std::array<glm::dvec3, kBlock> w_i;
-  std::array<glm::dvec3, kBlock> w_v;
-  std::array<bool, kBlock> above;
+  std::vector<glm::dvec3> w_i(std::min(kBlock, count));
+  std::vector<glm::dvec3> w_v(w_i.size());
+  std::vector<std::uint8_t> above(w_i.size());
   for (std::size_t first = 0; first < count; first += kBlock) {
     const std::size_t size = std::min(kBlock, count - first);
     for (std::size_t k = 0; k < size; ++k) {
       w_i[k] = w_v[k] = {0, 0, 1};
-      above[k] = vectors_of(first + k, w_i[k], w_v[k]);
+      above[k] = vectors_of(first + k, w_i[k], w_v[k]) ? 1 : 0;
     }
     const std::span<float> block = values.subspan(first * channel_count(), size * channel_count());
     interpolate(std::span(w_i).first(size), std::span(w_v).first(size), block);
     for (std::size_t k = 0; k < size; ++k) {
-      if (!above[k]) std::ranges::fill(block.subspan(k * channel_count(), channel_count()), 0.0F);
+      if (above[k] == 0) std::ranges::fill(block.subspan(k * channel_count(), channel_count()), 0.0F);
     }
   }
 }

@@ -25,6 +25,8 @@ namespace sbrdf::internal {
 /// What a goniometer that goes through a uniform scheme measures of a reciprocal material.
 struct SchemeSamples {
   UniformScheme scheme;
+  std::string description;    ///< of the material, one line; may be empty
+  double theta_max_deg = 90;  ///< as far as it was measured, if the scheme goes on
   std::vector<std::string> channels;
   /// f_r [1/sr] of the pairs that reciprocity leaves, in the order of pair_number(), channel fastest.
   std::vector<float> values;

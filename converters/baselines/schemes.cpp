@@ -19,6 +19,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostRings = 512;
+constexpr std::size_t kLongestName = 200;                          // of a scheme [bytes]
 constexpr std::uint64_t kLongestScheme = std::uint64_t{1} << 20U;  // of a file [bytes]
 
 /// Rings at every `step_deg` below 80 degrees, and at 80; the counts are those beyond the normal.
@@ -137,6 +138,11 @@ Result<UniformScheme> parse_scheme(std::string_view text) {
   UniformScheme scheme;
   reader.only(*json, {"name", "rings"});
   scheme.name = reader.text(*json, "name");
+  const bool printable = std::none_of(scheme.name.begin(), scheme.name.end(),
+                                      [](char c) { return static_cast<unsigned char>(c) < 32 || c == 127; });
+  if (scheme.name.empty() || scheme.name.size() > kLongestName || !printable) {
+    reader.refuse("name", fmt::format("is not of 1 to {} bytes without control characters", kLongestName));
+  }
   for (const Json& ring : reader.list(*json, "rings", kMostRings)) {
     reader.enter(fmt::format("rings[{}]", scheme.rings.size()));
     scheme.rings.push_back(read_ring(reader, ring, scheme.rings));

@@ -4,8 +4,12 @@ extern "C" {
 #include <libqhull_r/qhull_ra.h>
 }
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <utility>
@@ -23,12 +27,31 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::size_t kStartSide = 64;   // cells of the grid of starts along x and along y
 constexpr double kLeastWeight = -1e-12;  // on a side, to rounding
+constexpr double kLost = 1e-6;           // of the weight of a direction where it is
 constexpr double kLeastVolume = 1e-12;   // of a triangle's three directions: thinner ones have no inside
+
+/// Where the library complains at length, which nobody reads: Triangulation::check says what is wrong.
+class Complaints {
+ public:
+  Complaints() : file_(open_memstream(&text_, &size_)) {}
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  ~Complaints() {
+    if (file_ != nullptr) std::fclose(file_);
+    std::free(text_);  // NOLINT: as open_memstream asks for
+  }
+  [[nodiscard]] FILE* file() { return file_ == nullptr ? stderr : file_; }
+
+ private:
+  char* text_ = nullptr;
+  std::size_t size_ = 0;
+  FILE* file_;
+};
 
 /// The library's state, which is a C structure with a life of its own.
 class Hull {
  public:
-  Hull() { qh_zero(&qhull_, stderr); }
+  Hull() { qh_zero(&qhull_, complaints_.file()); }
   Hull(const Hull&) = delete;
   Hull& operator=(const Hull&) = delete;
   ~Hull() {
@@ -44,7 +67,7 @@ class Hull {
     for (const glm::dvec3& w : points) coordinates.insert(coordinates.end(), {w.x, w.y, w.z});
     std::string command = "qhull Qt";  // facets of more than three corners are cut into triangles
     if (qh_new_qhull(&qhull_, 3, static_cast<int>(points.size()), coordinates.data(), False, command.data(), nullptr,
-                     nullptr) != 0) {
+                     complaints_.file()) != 0) {
       return {};
     }
     std::vector<Triangle> triangles;
@@ -60,6 +83,7 @@ class Hull {
   }
 
  private:
+  Complaints complaints_;
   qhT qhull_;
 };
 
@@ -93,10 +117,27 @@ Result<Triangulation> Triangulation::make(const UniformScheme& scheme) {
     made.triangles_.push_back(t);
     made.weights_of_.push_back(glm::inverse(glm::dmat3(at[t[0]], at[t[1]], at[t[2]])));
   }
-  if (made.triangles_.empty()) return unsupported("no triangulation of the scheme's directions can be found");
   made.find_neighbours();
   made.find_starts();
+  if (Status fine = made.check(scheme); !fine) return fine.error();
   return made;
+}
+
+// Euler's formula says how many triangles make a disc of all directions, and each direction must be met whole.
+Status Triangulation::check(const UniformScheme& scheme) const {
+  std::size_t lost =
+      triangles_.size() == 2 * directions_.size() - scheme.rings.back().count - 2 ? directions_.size() : 0;
+  for (std::uint32_t k = 0; k < directions_.size() && lost == directions_.size(); ++k) {
+    const Place place = place_of(directions_[k]);
+    double weight = 0;
+    for (std::size_t c = 0; c < 3; ++c) weight += place.triangle[c] == k ? place.weights[c] : 0;
+    if (weight < 1 - kLost) lost = k;
+  }
+  if (lost == directions_.size()) return ok_status();
+  return unsupported(
+      fmt::format("scheme {} cannot be triangulated: some of its directions lie outside the polygon of "
+                  "its last ring, which has too few, or too near to each other",
+                  scheme.name));
 }
 
 void Triangulation::find_neighbours() {
@@ -131,7 +172,7 @@ void Triangulation::find_starts() {
 }
 
 // From triangle to triangle, through the side that the place lies farthest beyond. In a Delaunay triangulation no such
-// walk comes back to where it was, but for rounding: hence the limit.
+// walk comes back to where it was, but for rounding: hence the limit. kNone beyond the rim.
 std::uint32_t Triangulation::walk(std::uint32_t from, const glm::dvec3& w, glm::dvec3& weights) const {
   for (std::size_t step = 0; step <= triangles_.size(); ++step) {
     weights = weights_of_[from] * w;
@@ -141,7 +182,8 @@ std::uint32_t Triangulation::walk(std::uint32_t from, const glm::dvec3& w, glm::
     if (next == kNone) return kNone;
     from = next;
   }
-  return kNone;
+  weights = weights_of_[from] * w;
+  return from;  // as near as rounding lets it come
 }
 
 Place Triangulation::place_of(const glm::dvec3& w) const {

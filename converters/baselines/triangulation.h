@@ -26,7 +26,8 @@ struct Place {
 /// the last ring. Of four directions on one circle either pair of triangles may be taken. Immutable after construction.
 class Triangulation {
  public:
-  /// kUnsupported where the scheme is the normal alone, or where its hull cannot be found.
+  /// kUnsupported where the scheme is the normal alone; where some directions lie outside the polygon of the last ring,
+  /// as that one has too few; and where directions lie so near to each other that double precision loses them.
   [[nodiscard]] static Result<Triangulation> make(const UniformScheme& scheme);
 
   [[nodiscard]] std::span<const glm::dvec3> directions() const { return directions_; }
@@ -40,6 +41,7 @@ class Triangulation {
   Triangulation() = default;
   void find_neighbours();
   void find_starts();
+  [[nodiscard]] Status check(const UniformScheme& scheme) const;
   [[nodiscard]] std::uint32_t walk(std::uint32_t from, const glm::dvec3& w, glm::dvec3& weights) const;
   [[nodiscard]] Place place_on_rim(const glm::dvec3& w) const;
 

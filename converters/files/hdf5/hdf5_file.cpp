@@ -7,7 +7,6 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +27,6 @@ namespace {
 constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20U;
 /// Numbers of a chunk that is written.
 constexpr std::uint64_t kChunkNumbers = 16384;
-constexpr std::uint64_t kDeflate = 4;
 
 constexpr std::array kOptions = {
     grid_option(),
@@ -80,11 +78,6 @@ Result<Grid> own_grid(const Hdf5Head& head) {
     if (count > kGridMostNodes) return unsupported("more than 2^36 nodes");
   }
   return grid;
-}
-
-bool usable_names(const std::vector<std::string>& names) {
-  const std::set<std::string> different(names.begin(), names.end());
-  return !names.empty() && different.size() == names.size() && !different.contains("");
 }
 
 Result<Grid> grid_of(const Hdf5TableReader& file, const Options& options) {
@@ -228,8 +221,10 @@ Hdf5Head head_of(const TableHead& table, const SourceTraits& traits) {
 Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                  const Progress& progress) {
   if (wants_samples(source, options)) return save_samples(source, sink, options, report, progress);
-  if (options.has("interpolation") && source.uniform_samples() == nullptr) {
-    return usage_error("--interpolation: is of uniform samples, which take --scheme");
+  for (const char* option : {"interpolation", "rbf-kernel"}) {
+    if (options.has(option) && source.uniform_samples() == nullptr) {
+      return usage_error(fmt::format("--{}: is of uniform samples, which take --scheme", option));
+    }
   }
   DenseWriting writing(source, options, ValueType::kFloat64, report);
   if (!options.has("deflate")) {
@@ -237,7 +232,7 @@ Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& option
   }
   const std::uint64_t channels = writing.channel_count();
   const std::array<std::uint32_t, 4> box = chunk_for(writing.grid(), channels);
-  const auto deflate = static_cast<unsigned>(options.count("deflate").value_or(kDeflate));
+  const auto deflate = static_cast<unsigned>(options.count("deflate").value_or(kHdf5Deflate));
   Result<std::unique_ptr<Hdf5TableWriter>> writer =
       Hdf5TableWriter::create(sink, head_of(writing.head(), source.traits()), extent_of(box, channels), deflate);
   if (!writer) return writer.error();
@@ -248,14 +243,7 @@ Status save_hdf5(const BrdfSource& source, ByteSink& sink, const Options& option
   return (*writer)->finish(report_json(report));
 }
 
-Status check_hdf5_options(const Options& options) {
-  for (const char* dense : {"grid", "type"}) {
-    if (options.has("scheme") && options.has(dense)) {
-      return usage_error(fmt::format("--scheme: --{} is for dense tables, and uniform samples are none", dense));
-    }
-  }
-  return ok_status();
-}
+Status check_hdf5_options(const Options& options) { return check_samples_options(options); }
 
 std::span<const OptionSpec> hdf5_options() { return kOptions; }
 

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "converters/baselines/scheme_samples.h"
 #include "converters/files/format.h"
@@ -34,14 +37,25 @@ inline constexpr OptionSpec kInterpolationOption = {
     .choices = kInterpolationChoices,
     .fallback = "barycentric, or as in an IN with uniform samples",
     .meaning = "Between uniform samples: in spherical triangles, or by radial basis functions"};
-inline constexpr OptionSpec kRbfKernelOption = {.name = "rbf-kernel",
-                                                .kind = OptionKind::kChoice,
-                                                .use = OptionUse::kBoth,
-                                                .choices = kRbfKernelChoices,
-                                                .fallback = "cubic, or as in an IN with uniform samples",
-                                                .meaning =
-                                                    "What radial basis functions make of the chord r between "
-                                                    "two directions: r, r^3 or r^2 log r"};
+inline constexpr OptionSpec kRbfKernelOption = {
+    .name = "rbf-kernel",
+    .kind = OptionKind::kChoice,
+    .use = OptionUse::kBoth,
+    .choices = kRbfKernelChoices,
+    .fallback = "cubic, or as in an IN with uniform samples",
+    .meaning =
+        "Interpolate uniform samples by radial basis functions of the chord r between two directions: r, r^3, "
+        "r^2 log r, 1 / sqrt(r^2 + 0.3^2)"};
+
+/// How hard files are compressed unless an option says.
+inline constexpr std::uint64_t kHdf5Deflate = 4;
+
+/// There are some, all different, and none is empty.
+[[nodiscard]] bool usable_names(const std::vector<std::string>& names);
+
+/// kUsage where options of dense tables meet those of uniform samples or kernels those that have none, and where the
+/// scheme is none.
+[[nodiscard]] Status check_samples_options(const Options& options);
 
 /// Samples as a source that interpolates them as the options say, or else as the file does. Errors as of
 /// read_hdf5_samples, check_scheme and SchemeSource::make; kInvalidFile where values are not finite, or are not as many

@@ -219,7 +219,8 @@ Hdf5Handle write_hdf5_names(hid_t file, const std::string& name, const std::vect
 
 std::optional<std::vector<double>> read_hdf5_numbers(hid_t dataset, std::uint64_t count) {
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
-  if (!has_entries(dataset, count) || H5Tget_class(type.id()) != H5T_FLOAT) return std::nullopt;
+  const H5T_class_t kind = H5Tget_class(type.id());
+  if (!has_entries(dataset, count) || (kind != H5T_FLOAT && kind != H5T_INTEGER)) return std::nullopt;
   std::vector<double> numbers(count);
   if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) return std::nullopt;
   return numbers;

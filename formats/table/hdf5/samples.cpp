@@ -64,7 +64,7 @@ Result<std::vector<double>> read_rings(const Hdf5File& file, const std::string& 
   const Result<Hdf5Handle> dataset = open_list(file, name, kHdf5MostRings, count);
   if (!dataset) return dataset.error();
   auto numbers = read_hdf5_numbers(dataset->id(), count);
-  if (!numbers) return hdf5_refused("the dataset \"" + name + "\" has no readable numbers");
+  if (!numbers) return hdf5_refused("the dataset \"" + name + "\" is not of numbers");
   return *std::move(numbers);
 }
 
@@ -73,7 +73,7 @@ Result<std::vector<std::string>> read_channels(const Hdf5File& file) {
   const Result<Hdf5Handle> dataset = open_list(file, "channel", kHdf5MostChannels, count);
   if (!dataset) return dataset.error();
   auto names = read_hdf5_names(dataset->id(), count);
-  if (!names) return hdf5_refused("the dataset \"channel\" has no readable names");
+  if (!names) return hdf5_refused("the dataset \"channel\" is not of text of a fixed width");
   return *std::move(names);
 }
 
@@ -109,6 +109,11 @@ Result<Hdf5Samples> read_hdf5_samples(const Hdf5File& file) {
   samples.scheme = read_hdf5_text(id, "scheme").value_or("");
   samples.interpolation = read_hdf5_text(id, "interpolation").value_or("");
   samples.kernel = read_hdf5_text(id, "kernel").value_or("");
+  samples.description = read_hdf5_text(id, "description").value_or("");
+  samples.theta_max_deg = read_hdf5_number(id, "theta_max").value_or(90);
+  if (!(samples.theta_max_deg > 0 && samples.theta_max_deg <= 90)) {
+    return invalid_file("the attribute \"theta_max\" is not within 0 and 90 degrees");
+  }
   for (auto [name, into] : {std::pair{"ring_theta", &samples.ring_theta_deg}, {"ring_count", &samples.ring_count}}) {
     Result<std::vector<double>> numbers = read_rings(file, name);
     if (!numbers) return numbers.error();
@@ -124,6 +129,7 @@ Result<Hdf5Samples> read_hdf5_samples(const Hdf5File& file) {
 }
 
 Status write_hdf5_samples(ByteSink& sink, const Hdf5Samples& samples, const std::string& report, unsigned deflate) {
+  if (samples.values.size() > kMostNumbers) return unsupported("more than 2^28 numbers");
   const Hdf5Lock lock;
   Result<Hdf5Output> file = Hdf5Output::create(sink);
   if (!file) return file.error();
@@ -132,7 +138,8 @@ Status write_hdf5_samples(ByteSink& sink, const Hdf5Samples& samples, const std:
                     write_hdf5_text(id, "scheme", samples.scheme) &&
                     write_hdf5_text(id, "interpolation", samples.interpolation) &&
                     (samples.kernel.empty() || write_hdf5_text(id, "kernel", samples.kernel)) &&
-                    write_hdf5_text(id, "description", samples.description) && write_hdf5_text(id, "report", report);
+                    write_hdf5_text(id, "description", samples.description) &&
+                    write_hdf5_number(id, "theta_max", samples.theta_max_deg) && write_hdf5_text(id, "report", report);
   const auto in_degrees = [](const Hdf5Handle& set) { return set.ok() && write_hdf5_text(set.id(), "unit", "degree"); };
   const bool rings = head && in_degrees(write_hdf5_numbers(id, "ring_theta", samples.ring_theta_deg)) &&
                      write_hdf5_numbers(id, "ring_count", samples.ring_count).ok() &&

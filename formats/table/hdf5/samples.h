@@ -24,7 +24,8 @@ struct Hdf5Samples {
   std::vector<float> values;  ///< f_r [1/sr], pairs x channels
   std::string interpolation;  ///< "barycentric", "rbf"
   std::string kernel;         ///< of "rbf": "linear"
-  std::string description;    ///< one line; only written
+  std::string description;    ///< of the material, one line
+  double theta_max_deg = 90;  ///< as far as it was measured
 };
 
 /// At most so many rings, and channels.
@@ -34,7 +35,7 @@ inline constexpr std::uint64_t kHdf5MostRings = 4096;
 /// kUnsupported for sizes beyond the limits, and numbers that lie in other files.
 [[nodiscard]] Result<Hdf5Samples> read_hdf5_samples(const Hdf5File& file);
 
-/// The same bytes each time. `deflate` as of Hdf5TableWriter.
+/// kUnsupported for more numbers than can be read again. The same bytes each time. `deflate` as of Hdf5TableWriter.
 [[nodiscard]] Status write_hdf5_samples(ByteSink& sink, const Hdf5Samples& samples, const std::string& report,
                                         unsigned deflate);
 

@@ -109,8 +109,16 @@ TEST(Triangulation, MeetsItsDirectionsWhole) {
   }
 }
 
-TEST(Triangulation, RefusesTheNormalAlone) {
-  EXPECT_EQ(Triangulation::make({"normal", {{0, 1}}}).error().code, ErrorCode::kUnsupported);
+TEST(Triangulation, RefusesWhatItCannotCover) {
+  for (const UniformScheme& scheme :
+       {UniformScheme{"normal", {{0, 1}}}, UniformScheme{"last ring too sparse", {{0, 1}, {40, 8}, {78, 24}, {80, 4}}},
+        UniformScheme{"likewise", {{0, 1}, {82, 60}, {85, 3}}},
+        UniformScheme{"too near", {{0, 1}, {1e-5, 3}, {80, 12}}},
+        UniformScheme{"much too near", {{0, 1}, {1e-12, 3}, {80, 12}}}}) {
+    const Result<Triangulation> made = Triangulation::make(scheme);
+    ASSERT_FALSE(made) << scheme.name;
+    EXPECT_EQ(made.error().code, ErrorCode::kUnsupported);
+  }
 }
 
 }  // namespace

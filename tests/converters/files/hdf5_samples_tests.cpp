@@ -92,6 +92,37 @@ TEST(Hdf5Samples, AreInterpolatedAsTheReaderSays) {
   EXPECT_EQ(reread->uniform_samples()->samples().values, source->uniform_samples()->samples().values);
 }
 
+TEST(Hdf5Samples, KeepWhatTheyAreOfAndTakeAKernelForRbf) {
+  const auto source = open_hdf5(source_of(saved(*wood(), scheme_options())), {}).value();
+  Options kernel;
+  kernel.set("rbf-kernel", "linear");
+  const auto again = open_hdf5(source_of(saved(*source, kernel)), {}).value();
+  EXPECT_EQ(again->uniform_samples()->interpolation().kind, Interpolation::Kind::kRbf);
+  EXPECT_EQ(again->uniform_samples()->interpolation().kernel, RbfKernel::kLinear);
+  EXPECT_EQ(again->uniform_samples()->samples().description, wood()->traits().description);
+  EXPECT_THAT(again->traits().description, HasSubstr("wood01"));
+}
+
+TEST(Hdf5Samples, ClampNegativesAndSayWhereNothingWasMeasured) {
+  Hdf5Samples samples = small_samples();
+  samples.values[2] = -3;
+  samples.theta_max_deg = 45;
+  const auto kept = opened(samples).value();
+  EXPECT_EQ(kept->uniform_samples()->samples().values[2], -3);
+  EXPECT_EQ(kept->traits().theta_max_deg, 45);
+  EXPECT_EQ(opened(samples, Options().set("negatives", "clamp")).value()->uniform_samples()->samples().values[2], 0);
+  EXPECT_FALSE(opened(samples, Options().set("negatives", "unmeasured")));
+  MemorySink sink;
+  Report report;
+  Options beyond;
+  beyond.set("scheme", "1");
+  ASSERT_TRUE(save_hdf5(*kept, sink, beyond, report, {}));
+  EXPECT_TRUE(std::any_of(report.remarks.begin(), report.remarks.end(),
+                          [](const Remark& remark) { return remark.key == "beyond_theta_max"; }));
+  const auto reread = open_hdf5(source_of(std::move(sink).take()), {}).value();
+  EXPECT_EQ(reread->traits().theta_max_deg, 45);
+}
+
 TEST(Hdf5Samples, BecomeADenseTableWhereAGridIsAskedFor) {
   const auto source = open_hdf5(source_of(saved(*wood(), scheme_options())), {}).value();
   Options grid;
@@ -114,6 +145,11 @@ TEST(Hdf5Samples, RefuseOptionsOfDenseTables) {
     both.set(dense, "x");
     EXPECT_EQ(check_hdf5_options(both).error().code, ErrorCode::kUsage);
   }
+  Options kernel = scheme_options();
+  kernel.set("interpolation", "barycentric").set("rbf-kernel", "linear");
+  EXPECT_EQ(check_hdf5_options(kernel).error().code, ErrorCode::kUsage);
+  const Status nowhere = check_hdf5_options(scheme_options("nowhere.json"));
+  EXPECT_THAT(nowhere.error().message, HasSubstr("--scheme nowhere.json: "));
   EXPECT_TRUE(check_hdf5_options(scheme_options()));
   for (const std::string scheme : {"31", "", "nowhere.json"}) {
     EXPECT_FALSE(save_hdf5(*wood(), sink, scheme_options(scheme), report, {})) << scheme;
@@ -140,6 +176,14 @@ TEST(Hdf5Samples, RefuseFilesThatContradictThemselves) {
   EXPECT_THAT(refusal([](Hdf5Samples& s) { s.ring_theta_deg[1] = std::nan(""); }), HasSubstr("is not above"));
   EXPECT_THAT(refusal([](Hdf5Samples& s) { s.values[4] = std::numeric_limits<float>::infinity(); }),
               HasSubstr("not finite, in row 4"));
+  EXPECT_THAT(refusal([](Hdf5Samples& s) {
+                s.channels = {"a", "a"}, s.values.resize(20, 1);
+              }),
+              HasSubstr("two channels have one name"));
+  EXPECT_THAT(refusal([](Hdf5Samples& s) { s.interpolation = ""; }), HasSubstr("\"interpolation\" is missing"));
+  EXPECT_THAT(
+      refusal([](Hdf5Samples& s) { s.ring_count[1] = 3, s.ring_theta_deg[1] = 1e-12; }, ErrorCode::kUnsupported),
+      HasSubstr("cannot be triangulated"));
   EXPECT_THAT(refusal([](Hdf5Samples& s) { s.interpolation = "magic"; }, ErrorCode::kUnsupported), HasSubstr("magic"));
   EXPECT_THAT(refusal([](Hdf5Samples& s) { s.interpolation = "rbf", s.kernel = "x"; }, ErrorCode::kUnsupported),
               HasSubstr("\"x\" is no kernel"));

@@ -7,6 +7,7 @@
 
 #include "converters/baselines/schemes.h"
 #include "tools/commands/commands.h"
+#include "tools/console/plain_text.h"
 #include "tools/console/terminal.h"
 
 namespace sbrdf::internal {
@@ -45,7 +46,7 @@ void print_rings(const UniformScheme& scheme) {
     table.add(
         {fmt::format("{:g} deg", ring.theta_deg), fmt::format("{:g} deg", step_deg(ring)), std::to_string(ring.count)});
   }
-  print("\n" + scheme.name + "\n");
+  print("\n" + one_line(scheme.name) + "\n");
   table.print();
 }
 
