@@ -30,7 +30,7 @@ constexpr double kLeastWeight = -1e-12;  // on a side, to rounding
 constexpr double kLost = 1e-6;           // of the weight of a direction where it is
 constexpr double kLeastVolume = 1e-12;   // of a triangle's three directions: thinner ones have no inside
 
-/// Where the library complains at length, which nobody reads: Triangulation::check says what is wrong.
+/// Where the library complains at length, which nobody reads: Triangulation::make says what is wrong.
 class Complaints {
  public:
   Complaints() : file_(open_memstream(&text_, &size_)) {}
@@ -117,27 +117,27 @@ Result<Triangulation> Triangulation::make(const UniformScheme& scheme) {
     made.triangles_.push_back(t);
     made.weights_of_.push_back(glm::inverse(glm::dmat3(at[t[0]], at[t[1]], at[t[2]])));
   }
-  made.find_neighbours();
-  made.find_starts();
-  if (Status fine = made.check(scheme); !fine) return fine.error();
-  return made;
-}
-
-// Euler's formula says how many triangles make a disc of all directions, and each direction must be met whole.
-Status Triangulation::check(const UniformScheme& scheme) const {
-  std::size_t lost =
-      triangles_.size() == 2 * directions_.size() - scheme.rings.back().count - 2 ? directions_.size() : 0;
-  for (std::uint32_t k = 0; k < directions_.size() && lost == directions_.size(); ++k) {
-    const Place place = place_of(directions_[k]);
-    double weight = 0;
-    for (std::size_t c = 0; c < 3; ++c) weight += place.triangle[c] == k ? place.weights[c] : 0;
-    if (weight < 1 - kLost) lost = k;
+  // Euler's formula says how many triangles make a disc of all directions; and each direction must be met whole.
+  const bool disc = made.triangles_.size() == 2 * at.size() - scheme.rings.back().count - 2;
+  if (disc) {
+    made.find_neighbours();
+    made.find_starts();
+    if (made.meets_all_directions()) return made;
   }
-  if (lost == directions_.size()) return ok_status();
   return unsupported(
       fmt::format("scheme {} cannot be triangulated: some of its directions lie outside the polygon of "
                   "its last ring, which has too few, or too near to each other",
                   scheme.name));
+}
+
+bool Triangulation::meets_all_directions() const {
+  for (std::uint32_t k = 0; k < directions_.size(); ++k) {
+    const Place place = place_of(directions_[k]);
+    double weight = 0;
+    for (std::size_t c = 0; c < 3; ++c) weight += place.triangle[c] == k ? place.weights[c] : 0;
+    if (weight < 1 - kLost) return false;
+  }
+  return true;
 }
 
 void Triangulation::find_neighbours() {

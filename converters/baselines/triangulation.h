@@ -41,7 +41,7 @@ class Triangulation {
   Triangulation() = default;
   void find_neighbours();
   void find_starts();
-  [[nodiscard]] Status check(const UniformScheme& scheme) const;
+  [[nodiscard]] bool meets_all_directions() const;
   [[nodiscard]] std::uint32_t walk(std::uint32_t from, const glm::dvec3& w, glm::dvec3& weights) const;
   [[nodiscard]] Place place_on_rim(const glm::dvec3& w) const;
 
