@@ -2,6 +2,8 @@
 
 #include <array>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "converters/files/hdf5/hdf5_file.h"
 #include "formats/table/hdf5/samples.h"
@@ -39,8 +41,8 @@ Hdf5Head head_from(FuzzedDataProvider& input) {
   return head;
 }
 
-void open_and_evaluate(MemorySink sink) {
-  const auto source = open_hdf5(std::make_shared<OwnedMemorySource>(std::move(sink).take()), {});
+void open_and_evaluate(std::vector<std::byte> bytes) {
+  const auto source = open_hdf5(std::make_shared<OwnedMemorySource>(std::move(bytes)), {});
   if (source) evaluate_everywhere(**source);
 }
 
@@ -62,7 +64,7 @@ void run_samples(FuzzedDataProvider& input) {
   samples.interpolation = input.PickValueInArray({"barycentric", "rbf", "nearest"});
   samples.kernel = input.PickValueInArray({"linear", "cubic", "thin-plate", "inverse-multiquadric", ""});
   MemorySink sink;
-  if (write_hdf5_samples(sink, samples, "", 0)) open_and_evaluate(std::move(sink));
+  if (write_hdf5_samples(sink, samples, "", 0)) open_and_evaluate(std::move(sink).take());
 }
 
 void run(const std::uint8_t* bytes, std::size_t size) {
@@ -77,7 +79,7 @@ void run(const std::uint8_t* bytes, std::size_t size) {
   MemorySink sink;
   auto writer = Hdf5TableWriter::create(sink, head, shape, 0);
   if (!writer || !(*writer)->write({}, shape, values) || !(*writer)->finish("")) return;
-  open_and_evaluate(std::move(sink));
+  open_and_evaluate(std::move(sink).take());
 }
 
 }  // namespace
