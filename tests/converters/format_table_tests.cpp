@@ -43,6 +43,7 @@ std::vector<std::string> values_of(const OptionSpec& option) {
       {"material", {"a"}},
       {"grid", {"5:10:5:10", "utia", "merl", "difference/0:5:5:10", "0,1,90:0,90:0,45:0,180", "mirror/90:15:30:10"}},
       {"hdf5-dataset", {"f_r", "group/table"}},
+      {"scheme", {"1", "14", "30"}},
       {"scattered-columns", {"theta_i,theta_v,phi_v,Y", "skip,phi_v,phi_i,theta_i,theta_v,R,G,B"}},
   };
   switch (option.kind) {
@@ -71,6 +72,7 @@ std::vector<std::string> values_against(const OptionSpec& option) {
        {"", "5", "5:10:5", "5:10:5:10:5", "7:10:5:10", "-5:10:5:10", "0,95:0:0:0", "5,4:0:0:0", "x:1:1:1",
         "polar/5:5:5:5", "UTIA", "5:0,360:5:10", "nan:1:1:1", "1e-9:1:1:1"}},
       {"hdf5-dataset", {}},
+      {"scheme", {"", "0", "31", "14 ", "x", "nowhere.json"}},
       {"scattered-columns", {"", "theta_i,theta_v,phi_v", "theta_i,phi_i,theta_v,Y", "theta_i,theta_v,phi_v,phi_v,Y"}},
   };
   switch (option.kind) {

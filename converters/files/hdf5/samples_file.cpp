@@ -127,17 +127,19 @@ Status check_samples_options(const Options& options) {
   if (options.text("interpolation") == "barycentric" && options.has("rbf-kernel")) {
     return usage_error("--rbf-kernel: is of --interpolation rbf");
   }
-  const auto name = options.text("scheme");
-  if (!name) return ok_status();
+  if (!options.has("scheme")) return ok_status();
   for (const char* dense : {"grid", "type"}) {
     if (options.has(dense)) {
       return usage_error(fmt::format("--scheme: --{} is for dense tables, and uniform samples are none", dense));
     }
   }
-  if (const Result<UniformScheme> scheme = scheme_by_name(*name); !scheme) {
-    return usage_error(fmt::format("--scheme {}: {}", *name, scheme.error().message));
-  }
   return ok_status();
+}
+
+Status check_scheme_name(std::string_view text) {
+  const std::string name(text);
+  const Result<UniformScheme> scheme = scheme_by_name(name);
+  return scheme ? ok_status() : Status(usage_error(name + ": " + scheme.error().message));
 }
 
 Result<std::unique_ptr<BrdfSource>> open_samples(const Hdf5File& file, std::shared_ptr<const ByteSource> bytes,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "converters/baselines/scheme_samples.h"
@@ -23,10 +24,14 @@ namespace sbrdf::internal {
 inline constexpr std::array kInterpolationChoices = names_of(kInterpolationNames);
 inline constexpr std::array kRbfKernelChoices = names_of(kRbfKernelNames);
 
+/// Whether a text names a scheme, or a file with one.
+[[nodiscard]] Status check_scheme_name(std::string_view text);
+
 /// --scheme, --interpolation and --rbf-kernel, for the table of options of the row.
 inline constexpr OptionSpec kSchemeOption = {
     .name = "scheme",
     .unit = "N|FILE.json",
+    .check = check_scheme_name,
     .meaning =
         "An HDF5 OUT gets uniform samples in place of a dense table: at the directions of this scheme of the "
         "paper's Table 1, or of one of your own (see sbrdf schemes)"};
@@ -53,8 +58,7 @@ inline constexpr std::uint64_t kHdf5Deflate = 4;
 /// There are some, all different, and none is empty.
 [[nodiscard]] bool usable_names(const std::vector<std::string>& names);
 
-/// kUsage where options of dense tables meet those of uniform samples or kernels those that have none, and where the
-/// scheme is none.
+/// kUsage where options of dense tables meet those of uniform samples, or kernels an interpolation without.
 [[nodiscard]] Status check_samples_options(const Options& options);
 
 /// Samples as a source that interpolates them as the options say, or else as the file does. Errors as of

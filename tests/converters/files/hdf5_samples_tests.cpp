@@ -148,8 +148,8 @@ TEST(Hdf5Samples, RefuseOptionsOfDenseTables) {
   Options kernel = scheme_options();
   kernel.set("interpolation", "barycentric").set("rbf-kernel", "linear");
   EXPECT_EQ(check_hdf5_options(kernel).error().code, ErrorCode::kUsage);
-  const Status nowhere = check_hdf5_options(scheme_options("nowhere.json"));
-  EXPECT_THAT(nowhere.error().message, HasSubstr("--scheme nowhere.json: "));
+  const Status nowhere = check_options(scheme_options("nowhere.json"), hdf5_options(), OptionUse::kWrite, "files");
+  EXPECT_THAT(nowhere.error().message, HasSubstr("nowhere.json: "));
   EXPECT_TRUE(check_hdf5_options(scheme_options()));
   for (const std::string scheme : {"31", "", "nowhere.json"}) {
     EXPECT_FALSE(save_hdf5(*wood(), sink, scheme_options(scheme), report, {})) << scheme;
