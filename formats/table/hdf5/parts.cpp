@@ -29,7 +29,7 @@ Result<Hdf5Handle> open_image(std::span<const std::byte> bytes) {
   H5Pset_fapl_core(access.id(), std::size_t{1} << 16U, false);
   std::vector<std::byte> copy(bytes.begin(), bytes.end());
   if (H5Pset_file_image(access.id(), copy.data(), copy.size()) < 0) return hdf5_refused("not a readable HDF5 file");
-  return open_at("table.h5", access.id());
+  return open_at("/dev/null/table.h5", access.id());  // where no file can be: the library refuses one that is there
 }
 
 herr_t refuse_external(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) { return -1; }

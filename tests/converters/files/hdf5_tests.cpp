@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <string>
@@ -45,6 +49,19 @@ Bytes file_of(const Hdf5Head& head) {
   EXPECT_TRUE(writer->write({}, shape, values).ok());
   EXPECT_TRUE(writer->finish("{}").ok());
   return std::move(sink).take();
+}
+
+// The library looks for a file of the name that bytes in memory are opened under.
+TEST(Hdf5, IsReadWhateverLiesInTheFolder) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("sbrdf_hdf5_" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  std::filesystem::current_path(folder);
+  for (const char* name : {"table.h5", "in memory"}) std::ofstream(name) << "something else";
+  EXPECT_TRUE(open_hdf5(source_of(file_of(small_head())), {}));
+  std::filesystem::current_path(before);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Hdf5, GivesBackNodesNamesAndNumbers) {
