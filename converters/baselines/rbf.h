@@ -16,7 +16,8 @@ namespace sbrdf::internal {
 /// the coordinates with r^3 and r^2 log r, nothing otherwise (Fasshauer, "Meshfree Approximation Methods with MATLAB",
 /// 2007, chapters 6 to 8). Goes through every sample; below the last ring it extrapolates. Values may fall below 0.
 ///
-/// kUnsupported where the equations have no unique solution in double precision.
+/// kUnsupported where the equations have no unique solution in double precision, and for more than 2^25 coefficients:
+/// directions squared times channels.
 [[nodiscard]] Result<std::unique_ptr<SchemeSource>> make_rbf(SchemeSamples samples, RbfKernel kernel);
 
 }  // namespace sbrdf::internal

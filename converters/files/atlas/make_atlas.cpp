@@ -89,11 +89,11 @@ class Maker {
       if (!made && best) break;  // too large for a texture
       if (!made) return made.error();
       const bool enough = error_of(*made) <= options_.max_error_percent;
-      if (best && !enough && (in_vain || !is_worth_it(made->errors, best->errors))) {
-        // Some have the bad luck of where their nodes fall: the next one may yet reach the error.
+      if (best && !enough) {
         if (in_vain) break;
-        in_vain = true;
-        continue;
+        // Some have the bad luck of where their nodes fall: the next one may yet reach the error.
+        in_vain = !is_worth_it(made->errors, best->errors);
+        if (in_vain) continue;
       }
       best = *std::move(made);
       best->reached = enough;
