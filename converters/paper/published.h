@@ -20,6 +20,10 @@ inline constexpr std::array kPaperMethodNames = {Named{"proposed", PaperMethod::
 /// The uniform schemes of the last two at kPaperCounts (Table 1).
 inline constexpr std::array<const char*, 2> kPaperSchemes = {"14", "19"};
 
+/// Table 5: bytes on a graphics card, in units of 2^20, at kPaperCounts.
+inline constexpr std::array<double, 2> kPaperProposedMegabytes = {3.3, 5.1};
+inline constexpr std::array<double, 2> kPaperBarycentricMegabytes = {3.5, 3.6};
+
 /// One material. MRE [%] at kPaperCounts, Figures 5 to 14.
 struct PaperRow {
   const char* material;  ///< as kurt_material() takes it

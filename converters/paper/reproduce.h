@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "converters/baselines/scheme_samples.h"
+#include "converters/files/atlas/atlas_judge.h"
 #include "converters/paper/published.h"
 #include "converters/slicing/slicing.h"
 #include "converters/source/progress.h"
@@ -56,6 +58,32 @@ struct PaperOrdering {
   std::vector<std::string> otherwise;  ///< where it has not: "fabric112 at 8,911"
 };
 [[nodiscard]] PaperOrdering ordering_against(std::span<const AccuracyRow> rows, PaperMethod method);
+
+/// One line of Table 5: a way to put a material onto a graphics card, as files that were made for it.
+struct TextureSizes {
+  struct File {
+    std::string name;
+    std::vector<std::byte> bytes;
+  };
+
+  std::string method;     ///< "proposed", "barycentric", "engine layout"
+  std::string structure;  ///< "14/36", "scheme 14", "BC6H"
+  std::uint64_t samples = 0;
+  std::optional<double> paper_megabytes = {};       ///< of 2^20 bytes
+  std::optional<std::uint64_t> formula_bytes = {};  ///< from the numbers of slices, or of directions, alone
+  std::uint64_t texel_bytes = 0;                    ///< of the textures in the files, unpacked
+  std::vector<File> files = {};
+  AtlasErrors of_source = {};  ///< against the material, on directions that are dense in highlights
+
+  [[nodiscard]] std::uint64_t file_bytes() const;
+};
+
+/// Table 5 for a material as kurt_material() takes it: the paper's four textures as float32 in OpenEXR; the look-up of
+/// barycentric interpolation as two cube maps in KTX2 and the samples in OpenEXR, whose layout the paper does not give
+/// (BarycentricCube); and this program's own layout with compressed texels, of as many samples in the same places but
+/// logarithms.
+[[nodiscard]] Result<std::vector<TextureSizes>> reproduce_storage(const std::string& material,
+                                                                  const Progress& progress = {});
 
 struct PlacementOptions {
   std::vector<std::uint64_t> counts;  ///< rising; each at least 55

@@ -42,6 +42,7 @@ struct Head {
   std::uint32_t type_size = 0;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
+  std::uint32_t faces = 1;
   std::uint32_t packing = kNone;
   std::uint32_t descriptor_offset = kHeadSize;
   std::uint32_t descriptor_size = 0;
@@ -59,8 +60,8 @@ void pad(ByteWriter& out, std::uint64_t step) {
 void emit_head(const Head& head, ByteWriter& out) {
   out.bytes(std::as_bytes(std::span(kIdentifier)));
   for (const std::uint32_t number : {head.vk_format, head.type_size, head.width, head.height, 0U /* depth */,
-                                     0U /* layers */, 1U /* faces */, 1U /* levels */, head.packing,
-                                     head.descriptor_offset, head.descriptor_size, head.keys_offset, head.keys_size}) {
+                                     0U /* layers */, head.faces, 1U /* levels */, head.packing, head.descriptor_offset,
+                                     head.descriptor_size, head.keys_offset, head.keys_size}) {
     out.number(number);
   }
   // Of the data that some ways of packing need for all levels: none.
@@ -68,6 +69,23 @@ void emit_head(const Head& head, ByteWriter& out) {
        {std::uint64_t{0}, std::uint64_t{0}, head.level_offset, head.level_size, head.level_unpacked}) {
     out.number(number);
   }
+}
+
+/// `head` tells of the format, the sides and the packing, and where `level` is packed what it was before.
+std::vector<std::byte> emit_file(Head head, std::span<const std::byte> descriptor, std::span<const std::byte> keys,
+                                 std::span<const std::byte> level, std::uint64_t alignment) {
+  head.descriptor_size = static_cast<std::uint32_t>(descriptor.size());
+  head.keys_offset = static_cast<std::uint32_t>(kHeadSize + descriptor.size());
+  head.keys_size = static_cast<std::uint32_t>(keys.size());
+  head.level_offset = padded(head.keys_offset + keys.size(), alignment);
+  head.level_size = level.size();
+  ByteWriter out;
+  emit_head(head, out);
+  out.bytes(descriptor);
+  out.bytes(keys);
+  pad(out, alignment);
+  out.bytes(level);
+  return std::move(out).take();
 }
 
 bool has_zero(std::string_view text) { return text.find('\0') != std::string_view::npos; }
@@ -267,20 +285,28 @@ Result<std::vector<std::byte>> write_ktx2(const Texture& texture, const Ktx2Opti
   head.width = texture.width;
   head.height = texture.height;
   head.packing = options.zstd ? kZstd : kNone;
-  head.descriptor_size = static_cast<std::uint32_t>(descriptor.size());
-  head.keys_offset = static_cast<std::uint32_t>(kHeadSize + descriptor.size());
-  head.keys_size = static_cast<std::uint32_t>(keys->size());
-  const std::uint64_t alignment = level_alignment(texture.format, options.zstd);
-  head.level_offset = padded(head.keys_offset + keys->size(), alignment);
-  head.level_size = level.size();
   head.level_unpacked = plain.size();
-  ByteWriter out;
-  emit_head(head, out);
-  out.bytes(descriptor);
-  out.bytes(*keys);
-  pad(out, alignment);
-  out.bytes(level);
-  return std::move(out).take();
+  return emit_file(head, descriptor, *keys, level, level_alignment(texture.format, options.zstd));
+}
+
+Result<std::vector<std::byte>> write_ktx2_cube(const CubeTexture& texture) {
+  constexpr std::uint32_t kFaces = 6;
+  const Ktx2CubeFormat format = ktx2_format_of(texture.texel);
+  const std::uint64_t texels = std::uint64_t{kFaces} * texture.side * texture.side;
+  if (texture.side == 0 || texture.side > kLongestTextureSide || texture.bytes.size() != texels * format.texel_bytes) {
+    return usage_error(fmt::format("{} bytes for a cube map of {} texels of {} bytes", texture.bytes.size(), texels,
+                                   format.texel_bytes));
+  }
+  const Result<std::vector<std::byte>> keys = emit_keys({});
+  if (!keys) return keys.error();
+  Head head;
+  head.vk_format = format.vk_format;
+  head.type_size = format.type_size;
+  head.width = head.height = texture.side;
+  head.faces = kFaces;
+  head.level_unpacked = texture.bytes.size();
+  return emit_file(head, ktx2_descriptor(texture.texel), *keys, std::as_bytes(std::span(texture.bytes)),
+                   std::lcm<std::uint64_t>(format.texel_bytes, 4));
 }
 
 bool recognises_ktx2(std::span<const std::byte> head) {

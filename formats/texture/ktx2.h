@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,6 +26,19 @@ struct Ktx2Options {
 /// is empty, stands twice or begins with KTX or ktx, and where a key or text holds a zero byte; errors as of
 /// check_texture().
 [[nodiscard]] Result<std::vector<std::byte>> write_ktx2(const Texture& texture, const Ktx2Options& options = {});
+
+/// A cube map of one level: what a texel is, and all texels face by face (+x, -x, +y, -y, +z, -z), rows from the top.
+struct CubeTexture {
+  enum class Texel : std::uint8_t {
+    kRgb8,    ///< three numbers of 8 bits, 255 standing for 1
+    kRgb16f,  ///< three half floats
+  };
+  Texel texel = Texel::kRgb8;
+  std::uint32_t side = 0;
+  std::vector<std::uint8_t> bytes;
+};
+/// The bytes of a file. kUsage where `bytes` has another size than sides and texels say.
+[[nodiscard]] Result<std::vector<std::byte>> write_ktx2_cube(const CubeTexture& texture);
 
 /// The file begins as a KTX 2.0 file does.
 [[nodiscard]] bool recognises_ktx2(std::span<const std::byte> head);

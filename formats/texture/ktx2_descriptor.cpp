@@ -85,20 +85,7 @@ std::optional<Ktx2Format> found(const Choose& choose) {
   return *row;
 }
 
-}  // namespace
-
-std::optional<Ktx2Format> ktx2_format_of(TexelFormat format) {
-  return found([&](const Ktx2Format& row) { return row.format == format; });
-}
-
-std::optional<Ktx2Format> ktx2_format_of_number(std::uint32_t vk_format) {
-  return found([&](const Ktx2Format& row) { return row.vk_format == vk_format; });
-}
-
-std::vector<std::byte> ktx2_descriptor(TexelFormat format) {
-  const std::vector<Sample> samples = samples_of(format);
-  assert(!samples.empty());
-  const TexelBlock block = texel_block(format);
+std::vector<std::byte> emit_descriptor(const std::vector<Sample>& samples, const TexelBlock& block) {
   const std::size_t size = kBlockSize + samples.size() * kSampleSize;
   ByteWriter out;
   out.number(static_cast<std::uint32_t>(sizeof(std::uint32_t) + size));
@@ -122,6 +109,36 @@ std::vector<std::byte> ktx2_descriptor(TexelFormat format) {
     out.number(sample.upper);
   }
   return std::move(out).take();
+}
+
+}  // namespace
+
+std::optional<Ktx2Format> ktx2_format_of(TexelFormat format) {
+  return found([&](const Ktx2Format& row) { return row.format == format; });
+}
+
+std::optional<Ktx2Format> ktx2_format_of_number(std::uint32_t vk_format) {
+  return found([&](const Ktx2Format& row) { return row.vk_format == vk_format; });
+}
+
+Ktx2CubeFormat ktx2_format_of(CubeTexture::Texel texel) {
+  return texel == CubeTexture::Texel::kRgb8 ? Ktx2CubeFormat{23, 1, 3} : Ktx2CubeFormat{90, 2, 6};
+}
+
+std::vector<std::byte> ktx2_descriptor(CubeTexture::Texel texel) {
+  const Ktx2CubeFormat format = ktx2_format_of(texel);
+  std::vector<Sample> samples = float_samples(16);
+  samples.pop_back();  // no alpha
+  if (texel == CubeTexture::Texel::kRgb8) {
+    for (std::uint8_t c = 0; c < 3; ++c) samples[c] = {static_cast<std::uint16_t>(8 * c), 8, c, 0, 255};
+  }
+  return emit_descriptor(samples, {1, format.texel_bytes});
+}
+
+std::vector<std::byte> ktx2_descriptor(TexelFormat format) {
+  const std::vector<Sample> samples = samples_of(format);
+  assert(!samples.empty());
+  return emit_descriptor(samples, texel_block(format));
 }
 
 }  // namespace sbrdf::internal

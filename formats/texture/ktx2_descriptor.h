@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "formats/texture/ktx2.h"
 #include "formats/texture/texels.h"
 
 namespace sbrdf::internal {
@@ -22,6 +23,14 @@ struct Ktx2Format {
 [[nodiscard]] std::optional<Ktx2Format> ktx2_format_of(TexelFormat format);
 /// Nothing for those that are not written here.
 [[nodiscard]] std::optional<Ktx2Format> ktx2_format_of_number(std::uint32_t vk_format);
+
+struct Ktx2CubeFormat {
+  std::uint32_t vk_format;
+  std::uint32_t type_size;
+  std::uint32_t texel_bytes;
+};
+[[nodiscard]] Ktx2CubeFormat ktx2_format_of(CubeTexture::Texel texel);
+[[nodiscard]] std::vector<std::byte> ktx2_descriptor(CubeTexture::Texel texel);
 
 /// The Data Format Descriptor, its total size first: one basic block with linear BT.709 colours. kRgb32f has none.
 ///

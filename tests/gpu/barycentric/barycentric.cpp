@@ -1,11 +1,6 @@
 #include "tests/gpu/barycentric/barycentric.h"
 
-#include <algorithm>
-#include <cmath>
 #include <cstring>
-
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "converters/baselines/scheme_samples.h"
 #include "formats/core/half.h"
@@ -13,27 +8,7 @@
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kCubeFaces = 6;
 constexpr std::size_t kSampleColumns = 128;  // of their texture
-/// So near to the border of a texel [texels] a direction belongs to both sides: which one a driver reads is rounding.
-constexpr double kBorder = 1e-3;
-
-/// Of the faces in the order +x, -x, +y, -y, +z, -z: the vectors along columns and rows, and to the middle.
-struct Face {
-  glm::dvec3 columns, rows, middle;
-};
-const std::array<Face, kCubeFaces> kCube = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
-                                             {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
-                                             {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-                                             {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
-                                             {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
-                                             {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
-
-glm::dvec3 direction_of(std::size_t face, double column, double row, std::size_t side) {
-  const double half = static_cast<double>(side) / 2;
-  return glm::normalize(kCube[face].middle + (column / half - 1) * kCube[face].columns +
-                        (row / half - 1) * kCube[face].rows);
-}
 
 template <class T>
 std::vector<std::byte> bytes_of(const std::vector<T>& values) {
@@ -44,73 +19,16 @@ std::vector<std::byte> bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
-CubePlace cube_place(const glm::dvec3& w, std::size_t side) {
-  const glm::dvec3 size = glm::abs(w);
-  std::size_t axis = 2;
-  if (size.x >= size.y && size.x >= size.z) {
-    axis = 0;
-  } else if (size.y >= size.z) {
-    axis = 1;
-  }
-  const auto number = static_cast<glm::length_t>(axis);
-  const std::size_t face = 2 * axis + (w[number] < 0 ? 1 : 0);
-  const double half = static_cast<double>(side) / 2;
-  return {face,
-          half * (glm::dvec2(glm::dot(w, kCube[face].columns), glm::dot(w, kCube[face].rows)) / size[number] + 1.0)};
-}
-
 Barycentric::Barycentric(const BrdfSource& source, const UniformScheme& scheme)
-    : directions_(scheme_directions(scheme)), samples_(sample_scheme(source, scheme).value().values) {
-  const Triangulation triangulation = Triangulation::make(scheme).value();
-  texels_.resize(kCubeFaces * kFaceSide * kFaceSide);
-  for (std::size_t face = 0; face < kCubeFaces; ++face) fill_face(face, triangulation);
-  keep_directions();
-}
-
-void Barycentric::fill_face(std::size_t face, const Triangulation& triangulation) {
-  for (std::size_t row = 0; row < kFaceSide; ++row) {
-    for (std::size_t column = 0; column < kFaceSide; ++column) {
-      const glm::dvec3 w =
-          direction_of(face, static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5, kFaceSide);
-      if (w.z < -0.01) continue;  // nobody asks, but for texels across the horizon
-      const Place place = triangulation.place_of(w);
-      Texel& texel = texels_[(face * kFaceSide + row) * kFaceSide + column];
-      for (std::size_t k = 0; k < 3; ++k) {
-        texel.vertices[k] = static_cast<std::uint8_t>(place.triangle[k]);
-        texel.weights[k] = half_from_float(static_cast<float>(place.weights[k]));
-      }
-    }
-  }
-}
-
-// The texels that hold a sampled direction have it whole, so that its value comes back.
-void Barycentric::keep_directions() {
-  for (std::size_t number = 0; number < directions_.size(); ++number) {
-    const CubePlace place = cube_place(directions_[number], kFaceSide);
-    for (const double x : {std::max(place.at.x - kBorder, 0.0), place.at.x + kBorder}) {
-      for (const double y : {std::max(place.at.y - kBorder, 0.0), place.at.y + kBorder}) {
-        const auto column = static_cast<std::size_t>(x);
-        const auto row = static_cast<std::size_t>(y);
-        if (column >= kFaceSide || row >= kFaceSide) continue;
-        const auto same = static_cast<std::uint8_t>(number);
-        texels_[(place.face * kFaceSide + row) * kFaceSide + column] = {{same, same, same, 0},
-                                                                        {half_from_float(1), 0, 0, 0}};
-      }
-    }
-  }
-}
+    : directions_(scheme_directions(scheme)),
+      cube_(BarycentricCube::make(scheme).value()),
+      samples_(sample_scheme(source, scheme).value().values) {}
 
 std::array<float, 3> Barycentric::evaluate(const glm::vec3& w_i, const glm::vec3& w_v) const {
   std::array<float, 3> value{};
   if (w_i.z < 0 || w_v.z < 0) return value;
-  const auto texel_of = [&](const glm::vec3& w) {
-    const CubePlace place = cube_place(glm::dvec3(w), kFaceSide);
-    const auto column = std::min(static_cast<std::size_t>(place.at.x), kFaceSide - 1);
-    const auto row = std::min(static_cast<std::size_t>(place.at.y), kFaceSide - 1);
-    return texels_[(place.face * kFaceSide + row) * kFaceSide + column];
-  };
-  const Texel i = texel_of(w_i);
-  const Texel v = texel_of(w_v);
+  const BarycentricCube::Texel& i = cube_.at(glm::dvec3(w_i));
+  const BarycentricCube::Texel& v = cube_.at(glm::dvec3(w_v));
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b < 3; ++b) {
       const float weight = float_from_half(i.weights[a]) * float_from_half(v.weights[b]);
@@ -151,12 +69,12 @@ vec3 barycentric_eval(vec3 w_i, vec3 w_v) {
 }
 
 std::vector<GlTexture> Barycentric::textures() const {
-  constexpr auto kSide = static_cast<int>(kFaceSide);
+  constexpr auto kSide = static_cast<int>(BarycentricCube::kFaceSide);
   std::vector<std::array<std::uint8_t, 4>> vertices;
   std::vector<std::array<std::uint16_t, 4>> weights;
-  for (const Texel& texel : texels_) {
-    vertices.push_back(texel.vertices);
-    weights.push_back(texel.weights);
+  for (const auto& [of_three, weights_of_three] : cube_.texels) {
+    vertices.push_back({of_three[0], of_three[1], of_three[2], 0});
+    weights.push_back({weights_of_three[0], weights_of_three[1], weights_of_three[2], 0});
   }
   std::vector<float> samples = samples_;
   const std::size_t rows = (samples.size() / 3 + kSampleColumns - 1) / kSampleColumns;
@@ -184,6 +102,6 @@ std::vector<GlTexture> Barycentric::textures() const {
   return {std::move(vertex_map), std::move(weight_map), std::move(values)};
 }
 
-std::size_t Barycentric::table_5_bytes() const { return 9 * texels_.size() + 4 * samples_.size(); }
+std::size_t Barycentric::table_5_bytes() const { return 9 * cube_.texels.size() + 4 * samples_.size(); }
 
 }  // namespace sbrdf::internal

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "converters/baselines/triangulation.h"
+#include "converters/baselines/cube_map.h"
 #include "converters/source/brdf_source.h"
 #include "tests/gpu/gl_harness.h"
 
@@ -23,8 +22,6 @@ namespace sbrdf::internal {
 /// 5 (up to the fourth channel that cards add).
 class Barycentric {
  public:
-  static constexpr std::size_t kFaceSide = 256;  ///< texels
-
   /// Samples of a source of three channels; at most 256 directions.
   Barycentric(const BrdfSource& source, const UniformScheme& scheme);
 
@@ -41,24 +38,9 @@ class Barycentric {
   [[nodiscard]] std::size_t table_5_bytes() const;
 
  private:
-  struct Texel {
-    std::array<std::uint8_t, 4> vertices{};  // the last is not used
-    std::array<std::uint16_t, 4> weights{};  // half floats
-  };
-  void fill_face(std::size_t face, const Triangulation& triangulation);
-  void keep_directions();
-
   std::vector<glm::dvec3> directions_;
-  std::vector<Texel> texels_;   // six faces
+  BarycentricCube cube_;
   std::vector<float> samples_;  // RGB, of the directions low <= high at high (high + 1) / 2 + low
 };
-
-/// The texel of a cube map of such faces that holds a direction, by the rules of OpenGL: face, column and row from 0
-/// on, as fractions of a texel.
-struct CubePlace {
-  std::size_t face = 0;
-  glm::dvec2 at{};
-};
-[[nodiscard]] CubePlace cube_place(const glm::dvec3& w, std::size_t side);
 
 }  // namespace sbrdf::internal

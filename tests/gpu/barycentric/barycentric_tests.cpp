@@ -36,7 +36,7 @@ glm::vec3 draw_direction(std::mt19937& random) {
   std::normal_distribution<float> normal;
   while (true) {
     const glm::vec3 w = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
-    const glm::dvec2 at = cube_place(glm::dvec3(w), Barycentric::kFaceSide).at;
+    const glm::dvec2 at = cube_place(glm::dvec3(w), BarycentricCube::kFaceSide).at;
     const glm::dvec2 off = glm::abs(at - glm::round(at));
     if (w.z > -0.2F && std::min(off.x, off.y) > 0.01) return w;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -33,6 +34,8 @@ struct ReproduceOptions {
   std::string kernel = "inverse-multiquadric";
   std::string counts;
   std::string csv;
+  std::string material = "fabric112";
+  std::string folder;
   bool json = false;
 };
 
@@ -229,6 +232,79 @@ void print_placement(const PlacementStudy& study) {
   increase.print();
 }
 
+constexpr double kMegabyte = 1U << 20U;  // as in Table 5
+
+Json storage_json(const std::vector<TextureSizes>& rows) {
+  Json json = Json::array();
+  for (const TextureSizes& row : rows) {
+    Json files = Json::array();
+    for (const TextureSizes::File& file : row.files)
+      files.push_back({{"name", file.name}, {"bytes", file.bytes.size()}});
+    json.push_back({{"method", row.method},
+                    {"structure", row.structure},
+                    {"samples", row.samples},
+                    {"paper_megabytes", row.paper_megabytes ? Json(*row.paper_megabytes) : Json()},
+                    {"megabytes", static_cast<double>(row.texel_bytes) / kMegabyte},
+                    {"formula_bytes", row.formula_bytes ? Json(*row.formula_bytes) : Json()},
+                    {"texel_bytes", row.texel_bytes},
+                    {"file_bytes", row.file_bytes()},
+                    {"files", files},
+                    {"mre_percent", row.of_source.mre_percent},
+                    {"rel_l1_percent", row.of_source.rel_l1_percent}});
+  }
+  return json;
+}
+
+void print_storage(const std::vector<TextureSizes>& rows) {
+  Table table;
+  table.add({"method", "samples", "paper [MB]", "here [MB]", "formula", "texels", "files", "MRE [%]", "rel. L1 [%]"});
+  for (const TextureSizes& row : rows) {
+    table.add({row.method + ", " + row.structure, format_count(row.samples),
+               row.paper_megabytes ? fmt::format("{:.1f}", *row.paper_megabytes) : "-",
+               fmt::format("{:.1f}", static_cast<double>(row.texel_bytes) / kMegabyte),
+               row.formula_bytes ? format_count(*row.formula_bytes) : "-", format_count(row.texel_bytes),
+               format_count(row.file_bytes()), fmt::format("{:.2f}", row.of_source.mre_percent),
+               fmt::format("{:.2f}", row.of_source.rel_l1_percent)});
+  }
+  table.print();
+  print(
+      "MB: 2^20 bytes. formula, texels, files: bytes; files are compressed where their kind is. Errors are against the "
+      "material,\non directions that are dense in highlights. The paper does not tell how it looks up barycentric "
+      "weights: cube maps of\n256 x 256 faces with three numbers of 8 bits and three half floats are an assumption "
+      "that "
+      "fits both of its figures.\n");
+}
+
+int write_files(const std::vector<TextureSizes>& rows, const std::string& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) return report_error(folder, io_error(failed.message()));
+  for (const TextureSizes& row : rows) {
+    for (const TextureSizes::File& file : row.files) {
+      const std::string path = (std::filesystem::path(folder) / file.name).string();
+      if (Status put = write_file_atomically(path, file.bytes); !put) return report_error(path, put.error());
+    }
+  }
+  return 0;
+}
+
+int run_storage(const ReproduceOptions& options) {
+  const Result<std::vector<TextureSizes>> rows = [&] {
+    ProgressBar bar("textures");
+    return reproduce_storage(options.material, bar.progress());
+  }();
+  if (!rows) return report_error(options.material, rows.error());
+  if (!options.folder.empty()) {
+    if (const int failed = write_files(*rows, options.folder); failed != 0) return failed;
+  }
+  if (options.json) {
+    print_json(storage_json(*rows));
+  } else {
+    print_storage(*rows);
+  }
+  return 0;
+}
+
 // From the crossings of the sparsest placement to the densest uniform scheme of the paper.
 std::vector<std::uint64_t> default_counts() {
   std::vector<std::uint64_t> counts;
@@ -327,6 +403,16 @@ void add_placement(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>&
   command->callback([options, &exit_code] { exit_code = run_placement(*options); });
 }
 
+void add_storage(CLI::App& reproduce, const std::shared_ptr<ReproduceOptions>& options, int& exit_code) {
+  auto* command = reproduce.add_subcommand("storage", "Table 5: bytes on a graphics card, of textures that are made.");
+  command->add_option("--material", options->material, "One of the ten materials")->capture_default_str();
+  command->add_option("--out", options->folder, "Write the textures into this folder, made if it is not there")
+      ->type_name("FOLDER");
+  command->add_flag("--json", options->json, "Print JSON");
+  command->footer("Example:\n  sbrdf reproduce storage --out textures");
+  command->callback([options, &exit_code] { exit_code = run_storage(*options); });
+}
+
 }  // namespace
 
 void add_reproduce(CLI::App& program, int& exit_code) {
@@ -336,6 +422,7 @@ void add_reproduce(CLI::App& program, int& exit_code) {
   command->footer("Example:\n  sbrdf reproduce accuracy --random 100000");
   add_accuracy(*command, options, exit_code);
   add_placement(*command, options, exit_code);
+  add_storage(*command, options, exit_code);
 }
 
 }  // namespace sbrdf::internal
