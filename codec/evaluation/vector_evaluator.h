@@ -31,6 +31,9 @@ class VectorEvaluator {
   VectorEvaluator(const SlicedBrdf& sliced, const Lattice& lattice, std::shared_ptr<const LatticeTables> tables)
       : tables_(sliced, lattice, std::move(tables)) {}
 
+  /// Of tables that were made otherwise.
+  explicit VectorEvaluator(SliceTables tables) : tables_(std::move(tables)) {}
+
   /// The same with slices that are straight between rows, near enough for no slice to be off by more than `tolerance`
   /// (see presample). Faster, and larger.
   [[nodiscard]] VectorEvaluator presampled(double tolerance) const {
@@ -57,8 +60,6 @@ class VectorEvaluator {
   [[nodiscard]] std::size_t bytes() const { return tables_.bytes() + tables_.lattice->bytes(); }
 
  private:
-  explicit VectorEvaluator(SliceTables tables) : tables_(std::move(tables)) {}
-
   SliceTables tables_;
 };
 

@@ -6,11 +6,13 @@
 #include <optional>
 
 #include "formats/core/byte_reader.h"
+#include "formats/sbrdf/channel_names.h"
 
 namespace sbrdf::internal {
 namespace {
 
 enum FrameBits : std::uint8_t { kFrameMask = 0x0F, kIsotropicBit = 0x10, kMirrorXBit = 0x20, kMirrorYBit = 0x40 };
+constexpr std::uint8_t kDenseFrame = 10;  // codec/series
 enum PartBits : std::uint8_t {
   kGuideBit = 1,
   kSplitBit = 2,
@@ -29,19 +31,9 @@ enum NodeForm : std::uint8_t {
   kDoubles,
 };
 
-constexpr std::array<std::string_view, 3> kUsualNames = {"R", "G", "B"};
+static_assert(kMostNamedChannels == kMaxChannels);
 
 std::uint32_t take_count(ByteReader& in) { return static_cast<std::uint32_t>(in.count(32)); }
-
-// Signs folded in: 0, -1, 1, -2 ... are 0, 1, 2, 3 ...
-void put_signed(ByteWriter& out, std::int64_t value) {
-  out.count(value < 0 ? 2 * static_cast<std::uint64_t>(-(value + 1)) + 1 : 2 * static_cast<std::uint64_t>(value));
-}
-std::int64_t take_signed(ByteReader& in) {
-  const std::uint64_t folded = in.count(33);
-  const auto half = static_cast<std::int64_t>(folded / 2);
-  return folded % 2 == 0 ? half : -half - 1;
-}
 
 double node_in(std::uint64_t units, std::uint8_t form) {
   const auto whole = static_cast<double>(units);
@@ -136,6 +128,9 @@ Status take_frame(ByteReader& in, FrameSpec& frame) {
   frame.id = static_cast<FrameId>(bits & kFrameMask);
   const FrameGeometry* known = find_geometry(frame.id);
   if (!in.ok()) return ok_status();
+  if ((bits & kFrameMask) == kDenseFrame) {
+    return unsupported("[SB-2-2] a dense file: it has no slices, and no parts of them");
+  }
   if (known == nullptr) return unsupported("[SB-2-2] unknown frame " + std::to_string(bits & kFrameMask));
   if (bits > (kFrameMask | kIsotropicBit | kMirrorXBit | kMirrorYBit)) return unsupported("[SB-2-3] unknown symmetry");
   frame.symmetries = {(bits & kIsotropicBit) != 0, (bits & kMirrorXBit) != 0, (bits & kMirrorYBit) != 0};
@@ -199,13 +194,13 @@ Status take_parts(ByteReader& in, SlicedIndex& index, std::uint8_t& parts) {
 
 void put_scale(ByteWriter& out, const Quantizer& scale) {
   out.count(scale.lossless() ? 0 : millionths_of(scale.bound()));
-  if (!scale.lossless()) put_signed(out, scale.lowest());
+  if (!scale.lossless()) out.signed_count(scale.lowest());
 }
 
 Status take_scale(ByteReader& in, Quantizer& scale) {
   const std::uint32_t bound = take_count(in);
   if (bound == 0 || !in.ok()) return ok_status();
-  const std::int64_t lowest = take_signed(in);
+  const std::int64_t lowest = in.signed_count(33);
   if (!in.ok()) return ok_status();
   constexpr std::int64_t kFarthest = 1 << 29;
   if (bound > millionths_of(kCoarsestBound) || lowest < -kFarthest || lowest > kFarthest) {
@@ -215,34 +210,17 @@ Status take_scale(ByteReader& in, Quantizer& scale) {
   return ok_status();
 }
 
-void put_channels(ByteWriter& out, const std::vector<std::string>& channels) {
-  if (std::equal(channels.begin(), channels.end(), kUsualNames.begin(), kUsualNames.end())) return out.count(0);
-  out.count(channels.size());
-  for (const std::string& name : channels) {
-    out.count(name.size());
-    out.text(name);
-  }
-}
-
-Status take_channels(ByteReader& in, std::vector<std::string>& channels) {
-  const std::uint32_t count = take_count(in);
-  if (count > kMaxChannels) return refuse_sliced("SB-2-6", std::to_string(count) + " channels");
-  if (count == 0) channels.assign(kUsualNames.begin(), kUsualNames.end());
-  for (std::uint32_t c = 0; c < count && in.ok(); ++c) channels.push_back(in.text(take_count(in)));
-  return ok_status();
-}
-
 constexpr std::uint8_t kGreyBit = 0x10;  // beside the domain
 
 void put_values(ByteWriter& out, const SlicedIndex& index) {
   const bool grey = index.grey_shares.active();
   out.number(static_cast<std::uint8_t>(static_cast<std::uint8_t>(index.domain) | (grey ? kGreyBit : 0)));
-  put_channels(out, index.channels);
+  put_channel_names(out, index.channels);
   for (const float share : index.grey_shares.shares()) {
     if (grey) out.count(static_cast<std::uint64_t>(std::lround(share * GreyShares::kSteps)));
   }
   for (const StepRange& range : index.ranges) {
-    put_signed(out, range.least);
+    out.signed_count(range.least);
     out.count(static_cast<std::uint64_t>(std::int64_t{range.most} - range.least));
   }
   if (index.domain != DomainKind::kLog) return;
@@ -276,10 +254,10 @@ Status take_values(ByteReader& in, SlicedIndex& index) {
   if (in.ok() && index.domain != DomainKind::kLog && index.domain != DomainKind::kLinear) {
     return unsupported("[SB-2-5] unknown value domain");
   }
-  if (Status status = take_channels(in, index.channels); !status) return status;
+  if (Status status = take_channel_names(in, index.channels); !status) return status;
   if (Status status = take_grey(in, (bits & kGreyBit) != 0, index); !status) return status;
   for (std::size_t c = 0; c < index.channels.size() && in.ok(); ++c) {
-    const std::int64_t least = take_signed(in);
+    const std::int64_t least = in.signed_count(33);
     const auto from = step_of_value(index.scale, least);
     const auto to = step_of_value(index.scale, least + std::int64_t{take_count(in)});
     if (!from || !to) return refuse_sliced("SB-2-8", "the range of a channel ends where no value is");

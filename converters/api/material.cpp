@@ -9,9 +9,11 @@
 #include "codec/file/encoder.h"
 #include "codec/file/reader.h"
 #include "codec/importance/importance_table.h"
+#include "codec/series/series_file.h"
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
+#include "converters/files/sliced/series_source.h"
 #include "converters/files/sliced/sliced.h"
 #include "formats/core/parallel.h"
 #include "formats/os/atomic_file.h"
@@ -93,6 +95,7 @@ struct [[gnu::visibility("hidden")]] Material::State {
   static Result<Material> open_model(const std::string& name, const OpenOptions& options);
   static Result<Material> open_whole(Bytes bytes, const OpenOptions& options);
   static Result<Material> open_part(const Bytes& bytes, const OpenOptions& options);
+  static Result<Material> open_level(const Bytes& bytes, const OpenOptions& options);
   static Material make_whole(std::shared_ptr<const internal::BrdfSource> source,
                              std::optional<internal::VectorEvaluator> form = {});
 
@@ -224,7 +227,7 @@ Material Material::State::make_whole(std::shared_ptr<const internal::BrdfSource>
                                      std::optional<internal::VectorEvaluator> form) {
   auto state = std::make_shared<State>();
   state->traits = traits_of(source->traits());
-  if (const internal::DecodedSliced* sliced = source->sliced()) state->metadata = sliced->sliced.metadata;
+  state->metadata = source->metadata();
   state->source = std::move(source);
   state->form = std::move(form);
   return Material(std::move(state));
@@ -241,6 +244,7 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   const std::string whose = std::string((*format)->extension) + " files that are read";
   const internal::Status known = internal::check_options(given, (*format)->options, internal::OptionUse::kRead, whose);
   if (!known) return error_of(known.error());
+  if (internal::is_series_file(*bytes)) return open_level(bytes, options);
   const internal::Result<internal::SlicedReader> reader = internal::SlicedReader::open(*bytes, {options.memory_limit});
   if (!reader) return error_of(reader.error());
   const internal::CellSet cells = cells_of(*options.part, reader->lattice());
@@ -253,6 +257,16 @@ Result<Material> Material::State::open_part(const Bytes& bytes, const OpenOption
   state->metadata = *std::move(metadata);
   state->part.emplace(*std::move(part));
   return Material(std::move(state));
+}
+
+Result<Material> Material::State::open_level(const Bytes& bytes, const OpenOptions& options) {
+  if (!options.part->pairs.empty() || options.part->theta_max_deg < 90) {
+    return Error{ErrorCode::kUnsupported, "a dense file is loaded as a whole, or up to a level", {}};
+  }
+  internal::Result<std::unique_ptr<internal::BrdfSource>> source =
+      internal::open_series(bytes, {options.memory_limit}, static_cast<std::uint32_t>(options.part->level));
+  if (!source) return error_of(source.error());
+  return make_whole(*std::move(source));
 }
 
 Result<Material> Material::State::open_model(const std::string& name, const OpenOptions& options) {

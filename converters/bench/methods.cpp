@@ -88,6 +88,17 @@ std::vector<Variant> by_scheme(const VariantChoice& choice) {
   return variants;
 }
 
+/// Few where few numbers of samples are wanted, since larger ones take a minute to find.
+std::vector<Variant> by_bytes(const VariantChoice& choice) {
+  std::vector<Variant> variants;
+  for (const char* bytes : {"150", "800"}) {
+    if (!variants.empty() && choice.samples.size() < 3) break;
+    variants.push_back({std::string("at most ") + bytes + " bytes", 0,
+                        Options().set("representation", "dense").set("max-bytes", bytes)});
+  }
+  return variants;
+}
+
 std::vector<Variant> merl_cells(const VariantChoice& /*choice*/) { return {{"90 x 90 x 180 cells"}}; }
 std::vector<Variant> as_it_is(const VariantChoice& /*choice*/) { return {{""}}; }
 std::vector<Variant> rgl_tables(const VariantChoice& choice) { return {{"", 0, choice.rgl}}; }
@@ -165,6 +176,10 @@ Result<Prepared> prepare_dense(Workshop& workshop, const Variant& variant, const
   return prepare_format(workshop.file(".npy", variant.options, progress), Options().set("grid", grid));
 }
 
+Result<Prepared> prepare_series(Workshop& workshop, const Variant& variant, const Progress& progress) {
+  return prepare_format(workshop.file(".sbrdf", variant.options, progress), {});
+}
+
 Result<Prepared> prepare_barycentric(Workshop& workshop, const Variant& variant, const Progress& progress) {
   return prepare_format(workshop.file(".h5", variant.options, progress), Options().set("interpolation", "barycentric"));
 }
@@ -239,18 +254,22 @@ Result<Prepared> prepare_plain_half(Workshop& workshop, const Variant& /*variant
 /// [%]; nodes 15 degrees apart make highlights ten times as wide.
 constexpr double kWildOfCoarseTables = 1000;
 
+/// Radial basis functions swing by any factor between highlights narrower than their samples are apart.
+constexpr double kWildOfSwinging = 1e9;
+
 constexpr std::array kMethods = {
     Method{"source", any, as_it_is, prepare_source},
     Method{"sliced, exact", any, by_samples, prepare_slices<exact>, open_slices<exact>},
     Method{"sliced, pre-sampled", any, by_samples, prepare_slices<presampled>, open_slices<presampled>},
     Method{"sliced, dense", of_isotropic, by_samples, prepare_slices<dense>, open_slices<dense>},
+    Method{"dense representation", any, by_bytes, prepare_series},
     Method{"MERL, linear", of_isotropic_but_merl, merl_cells, prepare_merl_linear},
     Method{"MERL, nearest", of_isotropic_rgb, merl_cells, prepare_merl_nearest},
     Method{"plain table", of_isotropic_rgb, merl_cells, prepare_plain},
     Method{"plain table, half floats", of_isotropic_rgb, merl_cells, prepare_plain_half},
     Method{"dense 4-D table", of_anisotropic, by_grid, prepare_dense, nullptr, kWildOfCoarseTables},
     Method{"uniform, barycentric", any, by_scheme, prepare_barycentric, nullptr, kWildOfCoarseTables},
-    Method{"uniform, RBF", any, by_scheme, prepare_rbf, nullptr, kWildOfCoarseTables},
+    Method{"uniform, RBF", any, by_scheme, prepare_rbf, nullptr, kWildOfSwinging},
     Method{"RGL", of_rgb_but_rgl, rgl_tables, prepare_rgl},
 };
 

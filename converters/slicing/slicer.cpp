@@ -8,48 +8,22 @@
 #include "codec/fit/value_fit.h"
 #include "codec/material/slice_samples.h"
 #include "converters/slicing/metadata.h"
-#include "converters/source/reciprocity.h"
-#include "converters/source/symmetry_detection.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {
 namespace {
 
-constexpr std::size_t kHeldBackCount = 12'000;
-constexpr std::uint64_t kChoiceSeed = 1;
-constexpr std::uint64_t kReportSeed = 2;
-constexpr std::uint64_t kFitSeed = 3;
 constexpr std::size_t kBlock = 256;  // held-back directions that one task looks at
-
-std::string at_degrees(const DirectionPair& pair) {
-  const auto text = [](const char* name, double radians) {
-    return std::string(name) + " " + std::to_string(degrees_from_radians(radians));
-  };
-  return text("theta_i", pair.i.theta) + ", " + text("phi_i", pair.i.phi) + ", " + text("theta_v", pair.v.theta) +
-         ", " + text("phi_v", pair.v.phi) + " degrees";
-}
-
-Status check_finite(std::span<const DirectionPair> pairs, std::span<const float> values) {
-  const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !std::isfinite(v); });
-  if (bad == values.end()) return ok_status();
-  const std::size_t k = static_cast<std::size_t>(bad - values.begin()) / (values.size() / pairs.size());
-  return invalid_file("the value at " + at_degrees(pairs[k]) + " is not finite");
-}
-
-Status evaluate_checked(const BrdfSource& source, std::span<const DirectionPair> pairs, std::span<float> values) {
-  source.evaluate(pairs, values);
-  return check_finite(pairs, values);
-}
-
-Status evaluate_checked_in_parallel(const BrdfSource& source, std::span<const DirectionPair> pairs,
-                                    std::span<float> values) {
-  evaluate_in_parallel(source, pairs, values);
-  return check_finite(pairs, values);
-}
 
 double theta_max_of(const BrdfSource& source, const SliceOptions& options) {
   const bool placed = std::holds_alternative<Placement>(options.structure);
   return options.theta_max_deg.value_or(placed ? kPaperThetaMaxDeg : source.traits().slice_theta_max_deg);
+}
+
+SymmetryUse symmetries_of(const SliceOptions& options) {
+  const auto* search = std::get_if<SearchedStructure>(&options.structure);
+  if (search == nullptr) return SymmetryUse::kStated;
+  return search->use_mirrors ? SymmetryUse::kAll : SymmetryUse::kIsotropy;
 }
 
 // Refinement by the source looks at four places for each new sample, one of which is the sample.
@@ -87,58 +61,25 @@ const std::vector<double>& tried_precisions() {
 }
 
 Slicer::Slicer(const BrdfSource& source, const SliceOptions& options)
-    : source_(source), options_(options), measured_(&source), theta_max_deg_(theta_max_of(source, options)) {
-  if (!source.traits().reciprocal) {
-    symmetrised_ = std::make_unique<SymmetrisedSource>(source);
-    measured_ = symmetrised_.get();
-  }
-  if (source.mask_grid()) {
-    filled_ = std::make_unique<FilledSource>(*measured_);
-    measured_ = filled_.get();
-  }
-}
+    : source_(source), options_(options), sampled_(source, theta_max_of(source, options), symmetries_of(options)) {}
 
 Result<Slicer> Slicer::make(const BrdfSource& source, const SliceOptions& options) {
   if (Status status = check_options(options); !status) return status.error();
   Slicer slicer(source, options);
-  slicer.reciprocity_difference_percent_ = reciprocity_difference_percent(source);
-  slicer.symmetries_ = slicer.symmetries_to_use();
   const bool chooses = std::holds_alternative<SearchedStructure>(options.structure) || target_percent(options.stop) ||
                        !options.precision || fits_values(options);
   if (chooses) {
-    Result<HeldBack> choice = slicer.draw(kChoiceSeed);
+    Result<HeldBack> choice = slicer.sampled_.draw(kChoiceSeed);
     if (!choice) return choice.error();
     slicer.choice_ = *std::move(choice);
   }
   if (fits_values(options) && options.domain != DomainKind::kLinear) {
     slicer.grey_shares_ = choose_grey_shares(slicer.choice_.values, source.channel_count());
   }
-  Result<HeldBack> report = slicer.draw(kReportSeed);
+  Result<HeldBack> report = slicer.sampled_.draw(kReportSeed);
   if (!report) return report.error();
   slicer.report_ = *std::move(report);
   return slicer;
-}
-
-Symmetries Slicer::symmetries_to_use() const {
-  const auto* search = std::get_if<SearchedStructure>(&options_.structure);
-  if (search == nullptr) return {.isotropic = source_.traits().isotropic};
-  Symmetries symmetries = detect_symmetries(*measured_, theta_max_deg_);
-  if (!search->use_mirrors) symmetries.mirror_x = symmetries.mirror_y = false;
-  return symmetries;
-}
-
-HeldBackDraw Slicer::draw_of(std::uint64_t seed, std::size_t count) const {
-  HeldBackDraw draw = {count, seed, symmetries_.isotropic, theta_max_deg_};
-  if (filled_) draw.measured = [&](auto pairs, auto flags) { filled_->measured(pairs, flags); };
-  return draw;
-}
-
-Result<HeldBack> Slicer::draw(std::uint64_t seed) const {
-  Result<HeldBack> drawn =
-      draw_held_back(draw_of(seed, kHeldBackCount), source_.channel_count(),
-                     [&](auto pairs, auto values) { return evaluate_checked_in_parallel(*measured_, pairs, values); });
-  if (drawn && drawn->pairs.empty()) return invalid_file("none of the directions drawn to judge by was measured");
-  return drawn;
 }
 
 Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, Objective objective,
@@ -148,7 +89,7 @@ Result<SlicePlan> Slicer::plan(std::uint64_t sample_count, Effort effort, Object
   }
   const auto& placement = std::get<Placement>(options_.structure);
   Result<FrameSpec> spec =
-      elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, symmetries_, theta_max_deg_);
+      elevation_frame(placement.elevation_step_deg, placement.azimuth_step_deg, sampled_.symmetries(), theta_max_deg());
   if (!spec) return spec.error();
   SamplingOptions sampling = sampling_of(options_);
   sampling.grey_shares = grey_shares_;
@@ -160,8 +101,8 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   SearchOptions search;
   search.frame = rule.frame;
   search.domain = options_.domain;
-  search.symmetries = symmetries_;
-  search.theta_max_deg = theta_max_deg_;
+  search.symmetries = sampled_.symmetries();
+  search.theta_max_deg = theta_max_deg();
   search.objective = objective;
   search.sampling = sampling_of(options_);
   search.sampling.sample_count = sample_count;
@@ -170,7 +111,7 @@ Result<SlicePlan> Slicer::search(const SearchedStructure& rule, std::uint64_t sa
   search.starts_only = effort == Effort::kStarts;
   search.progress = progress.report;
   // Not in parallel: the search tries many structures at once.
-  const auto measure = [&](auto pairs, auto values) { return evaluate_checked(*measured_, pairs, values); };
+  const auto measure = [&](auto pairs, auto values) { return evaluate_checked(sampled_.sampled(), pairs, values); };
   const Result<SearchResult> found = search_structure(source_.traits().channels, measure, choice_, search);
   if (!found) return found.error();
   return SlicePlan{expand_outline(found->structure.outline), sampling_for(found->structure, search.sampling),
@@ -185,12 +126,12 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
   ProgressCounter counter(progress, measurements_for(sampling));
   const auto measure = [&](std::span<const DirectionPair> pairs, std::span<float> values) -> Status {
     if (!counter.advance(pairs.size())) return interrupted_error();
-    return evaluate_checked_in_parallel(*measured_, pairs, values);
+    return evaluate_checked_in_parallel(sampled_.sampled(), pairs, values);
   };
   Result<SlicedBrdf> sliced = sample_slices(*lattice, source_.traits().channels, measure, sampling);
   if (!sliced) return sliced.error();
   Slicing slicing{*std::move(sliced), *std::move(lattice), {}};
-  if (filled_) slicing.sliced.mask = filled_->mask();
+  if (sampled_.filled() != nullptr) slicing.sliced.mask = sampled_.filled()->mask();
   slicing.report.wanted_samples = sample_count;
   slicing.report.reasons = plan.reasons;
   if (plan.fits && sample_count <= kMostFittedSamples) {
@@ -200,10 +141,7 @@ Result<Slicing> Slicer::sample(const SlicePlan& plan, std::uint64_t sample_count
 }
 
 Status Slicer::fit(Slicing& slicing) const {
-  const HeldBackDraw wanted = draw_of(kFitSeed, fit_directions(slicing.sliced.sample_count()));
-  const Result<HeldBack> directions = draw_held_back(wanted, source_.channel_count(), [&](auto pairs, auto values) {
-    return evaluate_checked_in_parallel(*measured_, pairs, values);
-  });
+  const Result<HeldBack> directions = sampled_.draw(kFitSeed, fit_directions(slicing.sliced.sample_count()));
   if (!directions) return directions.error();
   SlicedBrdf fitted = fit_values(slicing.sliced, slicing.lattice, *directions, objective());
   const Standard standard = {objective(), error_of(slicing.sliced, slicing.lattice, choice_)};
@@ -224,7 +162,7 @@ Result<Slicing> Slicer::slice(std::uint64_t sample_count, Effort effort, const P
 }
 
 std::uint64_t Slicer::count_filled(const Slicing& slicing) const {
-  if (!filled_) return 0;
+  if (sampled_.filled() == nullptr) return 0;
   std::vector<DirectionPair> pairs;
   for (const Coordinates& x : slicing.lattice.crossings) pairs.push_back(directions_at(slicing.lattice.spec, x));
   const std::vector<SliceSamples> all = gather_slices(slicing.sliced, slicing.lattice);
@@ -236,7 +174,7 @@ std::uint64_t Slicer::count_filled(const Slicing& slicing) const {
     }
   }
   std::vector<std::uint8_t> flags(pairs.size());
-  filled_->measured(pairs, flags);
+  sampled_.filled()->measured(pairs, flags);
   return static_cast<std::uint64_t>(std::count(flags.begin(), flags.end(), std::uint8_t{0}));
 }
 
@@ -277,12 +215,12 @@ std::vector<float> Slicer::finish(Slicing& slicing) const {
     report.negative_values +=
         static_cast<std::uint64_t>(std::count_if(values.begin(), values.end(), [](float v) { return v < 0; }));
   }
-  report.reciprocity_difference_percent = reciprocity_difference_percent_;
+  report.reciprocity_difference_percent = sampled_.reciprocity_difference_percent();
   const std::vector<float> values = evaluate(Evaluator(slicing.sliced, slicing.lattice), report_.pairs);
   report.error = judge(values, report_);
   report.error_directions = report_.pairs.size();
   report.error_values_all_zero = all_zero(report_);
-  report.theta_max_deg = theta_max_deg_;
+  report.theta_max_deg = theta_max_deg();
   report.filled_samples = count_filled(slicing);
   slicing.sliced.metadata = metadata_of_slicing(source_.reported_traits(), options_, report);
   return values;
@@ -304,7 +242,7 @@ void Slicer::look_closer(std::span<const float> values, Slicing& slicing) const 
   parallel_for(blocks.size(), [&](std::uint64_t block) {
     const std::size_t first = static_cast<std::size_t>(block) * kBlock;
     for (std::size_t k = first; k < std::min(count, first + kBlock); ++k) {
-      find_false_values(*measured_, report_.pairs[k], of_pair(report_.values, k), of_pair(values, k),
+      find_false_values(sampled_.sampled(), report_.pairs[k], of_pair(report_.values, k), of_pair(values, k),
                         FalseValueSearch::kFar, blocks[block]);
     }
   });

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "converters/drawing/sampled_source.h"
 #include "converters/slicing/slicing.h"
-#include "converters/source/filled_source.h"
 
 namespace sbrdf::internal {
 
@@ -42,7 +41,7 @@ class Slicer {
   [[nodiscard]] static Result<Slicer> make(const BrdfSource& source, const SliceOptions& options);
 
   [[nodiscard]] const SliceOptions& options() const { return options_; }
-  [[nodiscard]] double theta_max_deg() const { return theta_max_deg_; }
+  [[nodiscard]] double theta_max_deg() const { return sampled_.theta_max_deg(); }
   /// The error that the stop rule names, or both.
   [[nodiscard]] Objective objective() const { return objective_of(options_.stop); }
 
@@ -79,9 +78,6 @@ class Slicer {
  private:
   Slicer(const BrdfSource& source, const SliceOptions& options);
 
-  [[nodiscard]] Symmetries symmetries_to_use() const;
-  [[nodiscard]] HeldBackDraw draw_of(std::uint64_t seed, std::size_t count) const;
-  [[nodiscard]] Result<HeldBack> draw(std::uint64_t seed) const;
   [[nodiscard]] Result<SlicePlan> search(const SearchedStructure& rule, std::uint64_t sample_count, Effort effort,
                                          Objective objective, const Progress& progress) const;
   /// Replaces the values by fitted ones where that is better on the directions that choices are made by.
@@ -90,12 +86,7 @@ class Slicer {
 
   const BrdfSource& source_;
   const SliceOptions& options_;
-  std::unique_ptr<const BrdfSource> symmetrised_;
-  std::unique_ptr<const FilledSource> filled_;  ///< where not all directions were measured
-  const BrdfSource* measured_;  ///< what is sampled: the source, made reciprocal and without holes where it is not
-  double theta_max_deg_;
-  double reciprocity_difference_percent_ = 0;
-  Symmetries symmetries_;
+  SampledSource sampled_;
   GreyShares grey_shares_;  ///< none where values are placed as the paper does, or no channel changes its sign
   HeldBack choice_;         ///< empty where nothing is chosen by it
   HeldBack report_;

@@ -91,6 +91,9 @@ class BrdfSource {
   /// samples).
   [[nodiscard]] virtual const DenseTable* table() const { return nullptr; }
 
+  /// How the file came to be: a JSON object on one line where the format has metadata (specs/sbrdf.md, section 8).
+  [[nodiscard]] virtual std::string_view metadata() const { return {}; }
+
   /// This source itself where it consists of uniform samples. nullptr otherwise.
   [[nodiscard]] virtual const SchemeSource* uniform_samples() const { return nullptr; }
 

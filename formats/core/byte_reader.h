@@ -63,6 +63,13 @@ class ByteReader {
     return 0;
   }
 
+  /// A count with its sign folded in: 0, 1, 2, 3 ... are 0, -1, 1, -2 ...
+  std::int64_t signed_count(unsigned bits) {
+    const std::uint64_t folded = count(bits);
+    const auto half = static_cast<std::int64_t>(folded / 2);
+    return folded % 2 == 0 ? half : -half - 1;
+  }
+
   /// The next `size` bytes, not copied; empty after a short read.
   std::span<const std::byte> bytes(std::uint64_t size) {
     if (failed_ || size > remaining()) {
@@ -96,6 +103,10 @@ class ByteWriter {
   void count(std::uint64_t value) {
     for (; value >= 0x80; value >>= 7U) number(static_cast<std::uint8_t>(value | 0x80U));
     number(static_cast<std::uint8_t>(value));
+  }
+  /// As ByteReader::signed_count() reads it.
+  void signed_count(std::int64_t value) {
+    count(value < 0 ? 2 * static_cast<std::uint64_t>(-(value + 1)) + 1 : 2 * static_cast<std::uint64_t>(value));
   }
   void bytes(std::span<const std::byte> block) { buffer_.insert(buffer_.end(), block.begin(), block.end()); }
   void text(std::string_view text) { bytes(std::as_bytes(std::span(text.data(), text.size()))); }

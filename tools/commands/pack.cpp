@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "codec/series/series_file.h"
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "formats/os/files.h"
@@ -94,6 +95,7 @@ Status load(Material& material, const MemoryLimit& limit) {
   Result<std::vector<std::byte>> file = read_range(**mapped, 0, (*mapped)->size());
   if (!file) return file.error();
   const MemorySource source(*file);
+  if (is_series_file(source)) return unsupported("is a dense file, which is smaller than what a bundle would save");
   const Result<SlicedReader> reader = SlicedReader::open(source, limit);
   if (!reader) return reader.error();
   const Result<SlicedBrdf> all = reader->load_all();

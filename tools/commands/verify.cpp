@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "codec/file/reader.h"
+#include "codec/series/series_file.h"
+#include "codec/series/series_table.h"
 #include "converters/files/by_name.h"
 #include "converters/files/format_table.h"
 #include "converters/files/kurt/kurt_file.h"
@@ -34,6 +36,13 @@ struct Verdict {
 
 // Everything that a reader could ever look at.
 Status verify_sliced(const ByteSource& source, const MemoryLimit& limit, Verdict& verdict) {
+  if (is_series_file(source)) {
+    const Result<SeriesBrdf> brdf = decode_series(source);
+    if (!brdf) return brdf.error();
+    const Result<VectorEvaluator> table = make_table(*brdf, limit.of(source.size()));
+    verdict.version = "1.0";
+    return table ? ok_status() : Status(table.error());
+  }
   const Result<SlicedReader> reader = SlicedReader::open(source, limit);
   if (!reader) return reader.error();
   const Result<SlicedBrdf> all = reader->load_all();

@@ -39,7 +39,11 @@ class SliceTables::Maker {
         map_(sliced, lattice) {}
 
   void make(const Needs* only) {
-    add_groups();
+    std::vector<ValueRange> bounds;
+    for (std::size_t c = 0; c < channels_; ++c) {
+      bounds.push_back({static_cast<float>(map_.least(c)), static_cast<float>(map_.most(c))});
+    }
+    tables_.add_groups(sliced_.domain, bounds);
     crossings_.assign(lattice_.crossings.size() * channels_, std::numeric_limits<double>::quiet_NaN());
     tables_.crossing_values.resize(crossings_.size() + kLanes);
     curves_.resize(lattice_.slices.size(), Line{kNone, 0, 0});
@@ -62,25 +66,6 @@ class SliceTables::Maker {
   }
 
  private:
-  void add_groups() {
-    for (std::size_t first = 0; first < channels_; first += kLanes) {
-      Group group;
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const std::size_t c = std::min(first + lane, channels_ - 1);
-        if (tables_.log) {  // see ValueDomain
-          group.reference[lane] = sliced_.domain.reference[c];
-          group.floor[lane] = sliced_.domain.floor(c);
-          const long double at_floor = std::log(static_cast<long double>(group.floor[lane]) / group.reference[lane]);
-          group.at_floor[lane] = static_cast<float>(at_floor);
-          group.at_zero[lane] = static_cast<float>(at_floor - 1.0L);
-        }
-        group.least[lane] = static_cast<float>(map_.least(c));
-        group.most[lane] = static_cast<float>(map_.most(c));
-      }
-      tables_.groups.push_back(group);
-    }
-  }
-
   // What slices hold for a crossing, worked out once.
   std::span<const double> crossing(std::uint32_t number) {
     const std::span<double> residual = std::span(crossings_).subspan(number * channels_, channels_);
@@ -278,6 +263,25 @@ SliceTables::SliceTables(const SlicedBrdf& sliced, const Lattice& given, std::sh
                          const Needs* only)
     : SliceTables(sliced, std::move(tables)) {
   Maker(*this, sliced, given).make(only);
+}
+
+void SliceTables::add_groups(const ValueDomain& domain, const std::vector<ValueRange>& bounds) {
+  for (std::size_t first = 0; first < channels; first += kLanes) {
+    Group group;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const std::size_t c = std::min(first + lane, channels - 1);
+      if (log) {  // see ValueDomain
+        group.reference[lane] = domain.reference[c];
+        group.floor[lane] = domain.floor(c);
+        const long double at_floor = std::log(static_cast<long double>(group.floor[lane]) / group.reference[lane]);
+        group.at_floor[lane] = static_cast<float>(at_floor);
+        group.at_zero[lane] = static_cast<float>(at_floor - 1.0L);
+      }
+      group.least[lane] = bounds[c].least;
+      group.most[lane] = bounds[c].most;
+    }
+    groups.push_back(group);
+  }
 }
 
 std::size_t SliceTables::bytes() const {

@@ -77,6 +77,9 @@ struct SliceTables {
   /// What the kernel takes to say what points need, and no more.
   SliceTables(const SlicedBrdf& sliced, std::shared_ptr<const LatticeTables> tables);
 
+  /// Groups of channels that come back from this domain and are kept within these bounds, per channel.
+  void add_groups(const ValueDomain& domain, const std::vector<ValueRange>& bounds);
+
   /// Without the tables of the lattice.
   [[nodiscard]] std::size_t bytes() const;
 

@@ -59,7 +59,19 @@ Status check_precision(std::string_view text) {
   return usage_error(fmt::format("'{}' is neither auto, lossless, nor 0.0001 to 50 percent, such as 0.1%", text));
 }
 
+constexpr std::array kRepresentationNames = {Named{"sliced", Representation::kSliced},
+                                             Named{"dense", Representation::kDense},
+                                             Named{"auto", Representation::kAuto}};
+constexpr auto kRepresentations = names_of(kRepresentationNames);
+
 constexpr std::array kOptions = {
+    OptionSpec{.name = "representation",
+               .kind = OptionKind::kChoice,
+               .choices = kRepresentations,
+               .fallback = "sliced",
+               .meaning = "sliced: samples along slices, placed where they are needed; dense: a table, transformed and "
+                          "coded, the smallest on disk and the fastest in memory, without parts or a bound; auto: "
+                          "the smaller or the better one of both, by the target or --max-bytes"},
     OptionSpec{.name = "samples",
                .kind = OptionKind::kCount,
                .unit = "N",
@@ -157,6 +169,9 @@ constexpr std::array kOptions = {
 
 /// Each says by itself when to stop.
 constexpr std::array<std::string_view, 4> kStopRules = {"samples", "target-mre", "target-rel-l1", "max-bytes"};
+/// All that has a meaning for a dense table.
+constexpr std::array<std::string_view, 7> kOfDense = {"representation", "target-mre", "target-rel-l1", "max-bytes",
+                                                      "theta-max",      "no-mirrors", "metadata"};
 /// How a file is coded, whatever its samples.
 constexpr std::array<std::string_view, 3> kCoding = {"precision", "chunks", "metadata"};
 
@@ -209,6 +224,14 @@ Status check_slice_options(const Options& options) {
     if (!stop_rule.empty()) return usage_error(fmt::format("--{} excludes --{}", stop_rule, name));
     stop_rule = name;
   }
+  if (representation_of(options) != Representation::kSliced) {
+    for (const auto& [name, value] : options.all()) {
+      if (std::find(kOfDense.begin(), kOfDense.end(), name) == kOfDense.end()) {
+        return usage_error(fmt::format("--{} is of slices, and --representation {} may have none", name,
+                                       *options.text("representation")));
+      }
+    }
+  }
   const std::string placement = placement_of(options);
   if (has_placement(options) && frame_of(options) == FrameId::kHalfDifference) {
     return usage_error(
@@ -221,6 +244,11 @@ Status check_slice_options(const Options& options) {
     return usage_error("--search-evaluations: nothing is searched for with --placement " + placement);
   }
   return ok_status();
+}
+
+Representation representation_of(const Options& options) {
+  const auto text = options.text("representation");
+  return text ? value_of(kRepresentationNames, *text).value_or(Representation::kSliced) : Representation::kSliced;
 }
 
 bool ask_for_sampling(const Options& options) {

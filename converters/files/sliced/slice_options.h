@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -21,6 +22,10 @@ namespace sbrdf::internal {
 
 /// kUsage, naming both, for options of which one would have no effect: that is a misunderstanding.
 [[nodiscard]] Status check_slice_options(const Options& options);
+
+/// What an .sbrdf file holds: slices, the dense table of section 14, or the one of both that serves its target better.
+enum class Representation : std::uint8_t { kSliced, kDense, kAuto };
+[[nodiscard]] Representation representation_of(const Options& options);
 
 /// Some option asks for sampling; those of coding (precision, chunks) do not.
 [[nodiscard]] bool ask_for_sampling(const Options& options);

@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "codec/file/reader.h"
+#include "codec/series/series_file.h"
+#include "converters/files/sliced/report_remarks.h"
+#include "converters/files/sliced/series_source.h"
 #include "converters/files/sliced/slice_options.h"
 #include "converters/slicing/metadata.h"
 #include "converters/slicing/slicing.h"
@@ -19,34 +22,6 @@ std::string theta_max_text(double theta_max_deg) {
   if (theta_max_deg >= 90) return text;
   const double beyond = 100 * std::cos(radians_from_degrees(theta_max_deg));
   return text + fmt::format("; in the {:.3g} % of the hemisphere beyond, the value is held at theta_max", beyond);
-}
-
-void remark_errors(const SliceReport& report, const std::vector<std::string>& channels, Report& told) {
-  std::vector<Remark>& remarks = told.remarks;
-  remarks.push_back({"held_back_mre_percent", report.error.mre_percent,
-                     "off the grid: MRE " + percent_text(report.error.mre_percent) + " on " +
-                         std::to_string(report.error_directions) +
-                         " random directions that took no part in any choice"});
-  remarks.push_back({"held_back_rel_l1_percent", report.error.rel_l1_percent,
-                     "off the grid: relative L1 error " + percent_text(report.error.rel_l1_percent) + " on the same"});
-  if (report.error_values_all_zero) return;
-  const ErrorFigures& figures = report.figures;
-  remarks.push_back(
-      {"held_back_p999_percent", figures.relative_p999_percent,
-       "off the grid: 99.9 % of the relative errors are at most " + percent_text(figures.relative_p999_percent)});
-  if (figures.max_relative_percent > 0) {
-    remarks.push_back({"held_back_largest_percent", figures.max_relative_percent,
-                       "off the grid: the largest is " + percent_text(figures.max_relative_percent) + ", of " +
-                           place_text(figures.max_relative_at, channels)});
-  }
-  const FalseValues& found = report.false_values;
-  if (found.count > 0) {
-    remarks.push_back({"false_values", static_cast<double>(found.count),
-                       "warning: " + std::to_string(found.count) +
-                           " of the values on these directions are false, above 3 times all that the source has within "
-                           "3 degrees; the worst, of " +
-                           place_text(found.worst, channels)});
-  }
 }
 
 void remark_slicing(const Slicing& slicing, bool reciprocal, Report& told) {
@@ -95,6 +70,57 @@ void remark_copy(const DecodedSliced& content, double precision, const Options& 
   if (options.text("metadata") == "full") {
     told.remarks.push_back({"metadata_kept", 1, "metadata are those of IN: what it left out is not known any more"});
   }
+}
+
+Result<MadeFile> make_sliced_file(const BrdfSource& source, const Options& options, const Progress& progress) {
+  const SliceOptions slices = slice_options(options);
+  const Result<Slicing> slicing = slice_source(source, slices, progress);
+  if (!slicing) return slicing.error();
+  MadeFile made;
+  remark_slicing(*slicing, source.traits().reciprocal, made.report);
+  made.bytes = encode_sliced(slicing->sliced, slicing->lattice, encoding_of(*slicing, slices));
+  made.error = slicing->report.error;
+  return made;
+}
+
+/// Of both representations the one that serves better, with the reason.
+Result<MadeFile> make_either(const BrdfSource& source, const Options& options, const Progress& progress) {
+  const SliceOptions wanted = slice_options(options);
+  const bool sized = std::holds_alternative<MaxBytes>(wanted.stop);
+  StepwiseProgress steps(progress);
+  Result<MadeFile> slices = make_sliced_file(source, options, steps.step(0.5));
+  if (!sized && !target_percent(wanted.stop)) {
+    if (slices) slices->report.remarks.push_back({"choice", 0, "slices: nothing asks for an error or a size"});
+    return slices;
+  }
+  if (!slices && slices.error().code != ErrorCode::kDifference) return slices;
+  Result<MadeFile> dense = make_series_file(source, options, steps.step(1));
+  if (!dense && dense.error().code == ErrorCode::kDifference) return slices ? std::move(slices) : std::move(dense);
+  if (!dense) return dense;
+  if (!slices) {
+    dense->report.remarks.push_back({"choice", 0, "dense: " + slices.error().message});
+    return dense;
+  }
+  const auto error = [&](const MadeFile& made) { return objective_value(made.error, objective_of(wanted.stop)); };
+  const bool take_dense = sized ? error(*dense) < error(*slices) : dense->bytes.size() < slices->bytes.size();
+  MadeFile& chosen = take_dense ? *dense : *slices;
+  chosen.report.remarks.push_back(
+      {"choice", 0,
+       sized ? fmt::format("{}: the error is {:.3g} % for {:.3g} %", take_dense ? "dense" : "slices", error(chosen),
+                           error(take_dense ? *slices : *dense))
+             : fmt::format("{}: {} bytes for {}", take_dense ? "dense" : "slices", chosen.bytes.size(),
+                           (take_dense ? *slices : *dense).bytes.size())});
+  return std::move(chosen);
+}
+
+Status save_best(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
+                 const Progress& progress) {
+  const Result<MadeFile> made = representation_of(options) == Representation::kDense
+                                    ? make_series_file(source, options, progress)
+                                    : make_either(source, options, progress);
+  if (!made) return made.error();
+  report.remarks.insert(report.remarks.end(), made->report.remarks.begin(), made->report.remarks.end());
+  return sink.write(0, made->bytes);
 }
 
 Status copy_sliced(const DecodedSliced& content, ByteSink& sink, const Options& options, Report& report) {
@@ -155,6 +181,7 @@ std::optional<MaskGrid> SlicedSource::mask_grid() const {
 }
 
 Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource> bytes, const Options& options) {
+  if (is_series_file(*bytes)) return open_series(std::move(bytes), options.memory);
   Result<SlicedReader> reader = SlicedReader::open(*bytes, options.memory);
   if (!reader) return reader.error();
   Result<SlicedBrdf> sliced = reader->load_all();
@@ -167,14 +194,18 @@ Result<std::unique_ptr<BrdfSource>> open_sliced(std::shared_ptr<const ByteSource
 
 Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
                    const Progress& progress) {
+  if (const auto stored = source.stored("sbrdf"); stored && options.all().empty()) {
+    report.remarks.push_back({"copied", 1, "copied as it is"});
+    return copy_bytes(*stored, sink, progress);
+  }
+  if (representation_of(options) != Representation::kSliced) return save_best(source, sink, options, report, progress);
   if (const DecodedSliced* content = source.sliced(); content != nullptr && !ask_for_sampling(options)) {
     return copy_sliced(*content, sink, options, report);
   }
-  const SliceOptions slices = slice_options(options);
-  const Result<Slicing> slicing = slice_source(source, slices, progress);
-  if (!slicing) return slicing.error();
-  remark_slicing(*slicing, source.traits().reciprocal, report);
-  return sink.write(0, encode_sliced(slicing->sliced, slicing->lattice, encoding_of(*slicing, slices)));
+  const Result<MadeFile> made = make_sliced_file(source, options, progress);
+  if (!made) return made.error();
+  report.remarks.insert(report.remarks.end(), made->report.remarks.begin(), made->report.remarks.end());
+  return sink.write(0, made->bytes);
 }
 
 }  // namespace sbrdf::internal

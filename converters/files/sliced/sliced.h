@@ -31,6 +31,7 @@ class SlicedSource final : public BrdfSource {
   void measured(std::span<const DirectionPair> pairs, std::span<std::uint8_t> flags) const override;
   [[nodiscard]] std::optional<MaskGrid> mask_grid() const override;
   [[nodiscard]] const DecodedSliced* sliced() const override { return &decoded_; }
+  [[nodiscard]] std::string_view metadata() const override { return decoded_.sliced.metadata; }
 
  private:
   DecodedSliced decoded_;
