@@ -172,8 +172,8 @@ class Differences {
   using InputType = VectorXd;
   using ValueType = VectorXd;
   using JacobianType = MatrixXd;
-  static constexpr int InputsAtCompileTime = Eigen::Dynamic;  // NOLINT: names that Eigen asks for
-  static constexpr int ValuesAtCompileTime = Eigen::Dynamic;  // NOLINT
+  [[maybe_unused]] static constexpr int InputsAtCompileTime = Eigen::Dynamic;  // NOLINT: names that Eigen asks for
+  [[maybe_unused]] static constexpr int ValuesAtCompileTime = Eigen::Dynamic;  // NOLINT
 
   Differences(std::span<const Pair> pairs, std::size_t lobes, const Scale& scale)
       : pairs_(pairs), lobes_(lobes), scale_(scale) {}

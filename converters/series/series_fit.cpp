@@ -32,7 +32,6 @@ constexpr int kFinestStep = 76;
 constexpr int kFirstStep = 30;
 constexpr int kStride = 4;
 
-constexpr std::uint8_t kFirstPower = 5;                                       // 3/4
 constexpr std::array<std::uint8_t, 3> kPowers = {3, 5, 7};                    // 1/2, 3/4, 1
 constexpr std::array<int, 9> kWidths = {32, 40, 48, 56, 64, 72, 80, 88, 96};  // 1/4 to 64 degrees
 constexpr std::array<std::uint8_t, 6> kFineness = {2, 3, 4, 6, 8, 12};
