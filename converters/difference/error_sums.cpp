@@ -129,4 +129,18 @@ ErrorFigures ChannelErrors::all(std::span<const LogHistogram> relative) const {
   return figures;
 }
 
+ErrorFigures figures_of(const HeldBack& held_back, std::span<const float> values) {
+  const std::size_t count = held_back.pairs.size();
+  if (count == 0) return {};
+  const std::size_t channels = values.size() / count;
+  const std::span<const float> reference = held_back.values;
+  ChannelErrors errors(channels, mre_floor(held_back));
+  std::vector<LogHistogram> relative(channels);
+  for (std::size_t k = 0; k < count; ++k) {
+    errors.add({held_back.pairs[k], held_back.weights[k] * static_cast<double>(count)},
+               reference.subspan(k * channels, channels), values.subspan(k * channels, channels), relative);
+  }
+  return errors.all(relative);
+}
+
 }  // namespace sbrdf::internal

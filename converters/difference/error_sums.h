@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "codec/search/held_back.h"
 #include "codec/search/random_pairs.h"
 #include "converters/difference/log_histogram.h"
 
@@ -107,5 +108,8 @@ class ChannelErrors {
   std::vector<ErrorSums> sums_;
   LastCosine cos_i_, cos_v_;
 };
+
+/// Of values on held-back directions, all channels together, with the floor of mre_floor().
+[[nodiscard]] ErrorFigures figures_of(const HeldBack& held_back, std::span<const float> values);
 
 }  // namespace sbrdf::internal

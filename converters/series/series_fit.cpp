@@ -250,16 +250,7 @@ Status report_on(SeriesFit& fit, const SampledSource& sampled, const SliceOption
   report.error_directions = held_back->pairs.size();
   report.error_values_all_zero = all_zero(*held_back);
   report.theta_max_deg = sampled.theta_max_deg();
-  const std::size_t channels = fit.brdf.channel_count();
-  const auto count = static_cast<double>(held_back->pairs.size());
-  ChannelErrors errors(channels, mre_floor(*held_back));
-  std::vector<LogHistogram> relative(channels);
-  for (std::size_t k = 0; k < held_back->pairs.size(); ++k) {
-    errors.add({held_back->pairs[k], held_back->weights[k] * count},
-               std::span(held_back->values).subspan(k * channels, channels),
-               std::span<const float>(values).subspan(k * channels, channels), relative);
-  }
-  report.figures = errors.all(relative);
+  report.figures = figures_of(*held_back, values);
   fit.brdf.metadata = metadata_of_slicing(sampled.source().reported_traits(), options, report);
   fit.table_bytes = table_bytes(fit.brdf);
   return ok_status();

@@ -230,13 +230,7 @@ void Slicer::look_closer(std::span<const float> values, Slicing& slicing) const 
   const std::size_t channels = source_.channel_count();
   const std::size_t count = report_.pairs.size();
   const auto of_pair = [&](std::span<const float> all, std::size_t k) { return all.subspan(k * channels, channels); };
-  ChannelErrors errors(channels, mre_floor(report_));
-  std::vector<LogHistogram> relative(channels);
-  for (std::size_t k = 0; k < count; ++k) {
-    errors.add({report_.pairs[k], report_.weights[k] * static_cast<double>(count)}, of_pair(report_.values, k),
-               of_pair(values, k), relative);
-  }
-  slicing.report.figures = errors.all(relative);
+  slicing.report.figures = figures_of(report_, values);
   // Blocks are added in their order, so that the worst is the first of equals for any number of threads.
   std::vector<FalseValues> blocks((count + kBlock - 1) / kBlock);
   parallel_for(blocks.size(), [&](std::uint64_t block) {
