@@ -12,7 +12,6 @@ namespace sbrdf::internal {
 namespace {
 
 enum FrameBits : std::uint8_t { kFrameMask = 0x0F, kIsotropicBit = 0x10, kMirrorXBit = 0x20, kMirrorYBit = 0x40 };
-constexpr std::uint8_t kDenseFrame = 10;  // codec/series
 enum PartBits : std::uint8_t {
   kGuideBit = 1,
   kSplitBit = 2,

@@ -21,6 +21,9 @@ namespace sbrdf::internal {
 /// "[clause] what": kInvalidFile for a rule of specs/sbrdf.md that is broken.
 [[nodiscard]] Error refuse_sliced(const char* clause, const std::string& what);
 
+/// The frame of dense files, whose index is another one: codec/series.
+inline constexpr std::uint8_t kDenseFrame = 10;
+
 /// Bounds of the steps of one channel.
 struct StepRange {
   std::int32_t least = 0;

@@ -100,6 +100,11 @@ Result<SeriesBasis> make_basis(const SeriesShape& shape, const Symmetries& symme
   return basis;
 }
 
+double Harmonic::wave(double phi_h, double phi_d) const {
+  const double angle = j * phi_h + 2 * k * phi_d;
+  return sine ? std::sin(angle) : std::cos(angle);
+}
+
 double Warp::width_deg() const { return std::exp2(width_step / 8.0 - 6); }
 
 double Warp::u(double theta_h_deg) const {
@@ -129,13 +134,19 @@ void evaluate_factors(const SeriesBasis& basis, const Warp& warp, const Coordina
   factors.harmonics.resize(basis.harmonics.size());
   for (std::size_t h = 0; h < basis.harmonics.size(); ++h) {
     const Harmonic& each = basis.harmonics[h];
-    const double angle = each.j * phi_h + 2 * each.k * phi_d;
-    const double wave = each.sine ? std::sin(angle) : std::cos(angle);
-    factors.harmonics[h] = wave * (each.j == 2 * each.k ? 1 : at_h) * (each.k == 0 ? 1 : at_d);
+    factors.harmonics[h] = each.wave(phi_h, phi_d) * (each.j == 2 * each.k ? 1 : at_h) * (each.k == 0 ? 1 : at_d);
   }
 }
 
 double SeriesBrdf::step() const { return std::exp2(-coefficient_step / 8.0); }
+
+std::size_t SeriesBrdf::coefficient_count() const {
+  std::size_t count = 0;
+  for (const auto& field : coefficients) {
+    count += field.size() - static_cast<std::size_t>(std::count(field.begin(), field.end(), 0));
+  }
+  return count;
+}
 
 double SeriesBrdf::component(std::size_t j, std::size_t c) const {
   if (channels.size() != 3) return components[j][c] / 127.0;

@@ -52,6 +52,9 @@ struct Harmonic {
   bool sine = false;
   std::uint32_t lower =
       kNone;  ///< the one with one order less, in the list of harmonics: what this one is likely to be
+
+  /// Without its factors of theta; azimuths in radians.
+  [[nodiscard]] double wave(double phi_h, double phi_d) const;
 };
 
 struct SeriesTerm {
@@ -125,6 +128,8 @@ struct SeriesBrdf {
   /// turn in the plane in which colours sum to 0, and stand at a right angle.
   [[nodiscard]] double component(std::size_t j, std::size_t c) const;
   [[nodiscard]] double step() const;
+  /// How many are not 0.
+  [[nodiscard]] std::size_t coefficient_count() const;
   /// Y where the first field is `v`, kept within its bounds. `map` is that of the domain.
   template <class Real>
   [[nodiscard]] Real mean_of(const DomainMap<Real>& map, Real v) const {

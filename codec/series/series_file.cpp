@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "codec/file/index.h"
@@ -15,7 +16,7 @@
 namespace sbrdf::internal {
 namespace {
 
-enum FrameBits : std::uint8_t { kSeriesFrame = 10, kFrameMask = 0x0F, kIsotropic = 16, kMirrorX = 32, kMirrorY = 64 };
+enum FrameBits : std::uint8_t { kFrameMask = 0x0F, kIsotropic = 16, kMirrorX = 32, kMirrorY = 64 };
 enum PartBits : std::uint8_t { kNegative = 1, kMetadata = 4, kThetaMax = 8, kKnown = 13 };
 constexpr std::int64_t kFarthestStep = 8 * 160;  // of the bound, in eighths of the logarithm
 constexpr double kMostLog = 8 * 85;              // of reference and bound together: exp(85) is a float
@@ -60,7 +61,7 @@ Status take_colours(ByteReader& in, SeriesBrdf& brdf) {
 void put_fixed(ByteWriter& out, const SeriesBrdf& brdf) {
   const auto theta_max = static_cast<std::uint64_t>(std::lround(brdf.warp.theta_max_deg * 100));
   const bool usual = brdf.warp.theta_max_deg == kPaperThetaMaxDeg;
-  out.number(static_cast<std::uint8_t>(kSeriesFrame | (brdf.symmetries.isotropic ? kIsotropic : 0) |
+  out.number(static_cast<std::uint8_t>(kDenseFrame | (brdf.symmetries.isotropic ? kIsotropic : 0) |
                                        (brdf.symmetries.mirror_x ? kMirrorX : 0) |
                                        (brdf.symmetries.mirror_y ? kMirrorY : 0)));
   out.number(static_cast<std::uint8_t>((brdf.negative ? kNegative : 0) | (brdf.metadata.empty() ? 0 : kMetadata) |
@@ -83,7 +84,7 @@ Status take_frame(ByteReader& in, SeriesBrdf& brdf, std::uint8_t& parts) {
   const std::uint8_t frame = in.u8();
   parts = in.u8();
   if (!in.ok()) return ok_status();
-  if ((frame & kFrameMask) != kSeriesFrame) return unsupported("[SB-2-2] unknown frame");
+  if ((frame & kFrameMask) != kDenseFrame) return unsupported("[SB-2-2] unknown frame");
   if (frame >= 128) return unsupported("[SB-2-3] unknown symmetry");
   if ((parts & ~kKnown) != 0) return unsupported("[SD-1] unknown parts");
   brdf.symmetries = {(frame & kIsotropic) != 0, (frame & kMirrorX) != 0, (frame & kMirrorY) != 0};
@@ -165,17 +166,13 @@ Result<SeriesBrdf> parse_series(std::span<const std::byte> index, std::uint32_t 
 
 }  // namespace
 
-bool is_series_index(std::span<const std::byte> index) {
-  return !index.empty() && (std::to_integer<std::uint8_t>(index[0]) & kFrameMask) == kSeriesFrame;
-}
-
 bool is_series_file(const ByteSource& source) {
   const Result<std::vector<std::byte>> start = read_start(source, kMostHead);
   if (!start || !is_container(*start)) return false;
   ByteReader in(*start);
   in.bytes(kContainerMagic.size() + 2);
   in.count(32);
-  return is_series_index(std::span(*start).subspan(in.offset()));
+  return in.remaining() > 0 && (in.u8() & kFrameMask) == kDenseFrame;
 }
 
 std::vector<std::byte> encode_series(const SeriesBrdf& brdf) {

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "codec/series/series.h"
@@ -13,9 +12,7 @@ namespace sbrdf::internal {
 
 // A dense file: the container of sliced files with an index of another kind, and no chunks. specs/sbrdf.md, section 14.
 
-/// By the first byte of the index, which in sliced files is their frame.
-[[nodiscard]] bool is_series_index(std::span<const std::byte> index);
-/// Whether this is a container with such an index, whatever else is wrong with it.
+/// Whether this is a container with such an index, whatever else is wrong with it: by the frame, its first byte.
 [[nodiscard]] bool is_series_file(const ByteSource& source);
 
 /// The bytes of a file. `brdf` is one that decode_series could have given.

@@ -91,8 +91,7 @@ class TableMaker {
     for (const double phi_d : nodes_[kDiagonal]) {
       for (const double phi_h : nodes_[kAxial]) {
         for (const Harmonic& each : basis_.harmonics) {
-          const double angle = each.j * radians_from_degrees(phi_h) + 2 * each.k * radians_from_degrees(phi_d);
-          waves_.push_back(static_cast<float>(each.sine ? std::sin(angle) : std::cos(angle)));
+          waves_.push_back(static_cast<float>(each.wave(radians_from_degrees(phi_h), radians_from_degrees(phi_d))));
         }
       }
     }

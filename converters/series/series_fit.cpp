@@ -94,7 +94,6 @@ class SeriesSearch {
     return *std::move(best);
   }
 
-  [[nodiscard]] std::optional<double> target() const { return target_; }
   [[nodiscard]] Objective objective() const { return objective_; }
   [[nodiscard]] Error failure() const {
     if (target_) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -346,7 +345,8 @@ SeriesBrdf SeriesProblem::quantise(const SeriesStructure& structure, std::uint8_
   return brdf;
 }
 
-std::vector<float> SeriesProblem::values(const MatrixXf& functions, const SeriesBrdf& brdf) const {
+std::vector<float> SeriesProblem::judged_values(const SeriesStructure& structure, const SeriesBrdf& brdf) const {
+  const MatrixXf& functions = structure.judged;
   const std::size_t channels = brdf.channel_count();
   std::vector<VectorXf> fields;
   for (std::size_t f = 0; f < brdf.field_count(); ++f) fields.push_back(field_at(functions, brdf, f));
@@ -363,10 +363,6 @@ std::vector<float> SeriesProblem::values(const MatrixXf& functions, const Series
     }
   }
   return values;
-}
-
-std::vector<float> SeriesProblem::judged_values(const SeriesStructure& structure, const SeriesBrdf& brdf) const {
-  return values(structure.judged, brdf);
 }
 
 }  // namespace sbrdf::internal

@@ -59,7 +59,6 @@ class SeriesProblem {
 
   [[nodiscard]] SeriesDraw prepare(HeldBack drawn) const;
   void choose_colours();
-  [[nodiscard]] std::vector<float> values(const Eigen::MatrixXf& functions, const SeriesBrdf& brdf) const;
   void fit_first(const SeriesStructure& structure, const Eigen::VectorXf& now, SeriesBrdf& brdf, double price) const;
   void fit_colours(const SeriesStructure& structure, SeriesBrdf& brdf, double price) const;
 

@@ -91,10 +91,6 @@ Json describe(const SourceTraits& traits, std::optional<std::uint64_t> bytes) {
 
 // Coefficients are read, the table is not made.
 void add_dense(const SeriesBrdf& brdf, Json& json) {
-  std::size_t coefficients = 0;
-  for (const auto& field : brdf.coefficients) {
-    coefficients += static_cast<std::size_t>(std::count_if(field.begin(), field.end(), [](auto q) { return q != 0; }));
-  }
   const auto nodes = table_nodes(brdf);
   json["representation"] = "dense";
   json["symmetries"] = {{"mirror_x", brdf.symmetries.mirror_x}, {"mirror_y", brdf.symmetries.mirror_y}};
@@ -104,7 +100,7 @@ void add_dense(const SeriesBrdf& brdf, Json& json) {
                        {"phi_h", brdf.shape.phi_h}};
   json["warp"] = {{"width_deg", brdf.warp.width_deg()}, {"power", brdf.warp.power()}};
   json["fields"] = brdf.field_count();
-  json["coefficients"] = coefficients;
+  json["coefficients"] = brdf.coefficient_count();
   json["table"] = {{"nodes", {nodes[0].size(), nodes[1].size(), nodes[2].size(), nodes[3].size()}},
                    {"bytes", table_bytes(brdf)}};
   json["metadata"] = parse_metadata(brdf.metadata);
@@ -116,14 +112,15 @@ struct Description {
   Json json;
 };
 
-Result<Description> describe_dense(std::shared_ptr<const ByteSource> file, const MemoryLimit& limit) {
-  const Result<SeriesBrdf> brdf = decode_series(*file);
+Result<Description> describe_dense(const ByteSource& file, const MemoryLimit& limit) {
+  const Result<SeriesBrdf> brdf = decode_series(file);
   if (!brdf) return brdf.error();
-  const Result<std::unique_ptr<BrdfSource>> opened = open_series(file, limit);
-  if (!opened) return opened.error();
-  Json json = describe((*opened)->traits(), file->size());
+  const Status fits = check_memory(static_cast<double>(table_bytes(*brdf)), limit.of(file.size()));
+  if (!fits) return fits.error();
+  const SourceTraits traits = series_traits(*brdf);
+  Json json = describe(traits, file.size());
   add_dense(*brdf, json);
-  return Description{(*opened)->traits(), std::move(json)};
+  return Description{traits, std::move(json)};
 }
 
 Result<Description> describe_sliced(const ByteSource& file, const MemoryLimit& limit) {
@@ -146,7 +143,7 @@ Result<Description> describe(const std::string& text, const Options& given) {
   if (is_named(text) || file_in_name(text)) return described(open_source(text, given));
   const Result<std::shared_ptr<const ByteSource>> file = open_named_bytes(text, given.memory);
   if (!file) return file.error();
-  if (is_series_file(**file)) return describe_dense(*file, given.memory);
+  if (is_series_file(**file)) return describe_dense(**file, given.memory);
   const Result<std::vector<std::byte>> start = read_start(**file, kContainerMagic.size());
   return start && is_container(*start) ? describe_sliced(**file, given.memory) : described(source_in(*file, given));
 }

@@ -13,6 +13,7 @@
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
 #include "formats/sbrdf/bundle.h"
+#include "formats/sbrdf/container.h"
 #include "tools/commands/commands.h"
 #include "tools/console/options.h"
 #include "tools/console/terminal.h"
@@ -40,8 +41,11 @@ Status verify_sliced(const ByteSource& source, const MemoryLimit& limit, Verdict
     const Result<SeriesBrdf> brdf = decode_series(source);
     if (!brdf) return brdf.error();
     const Result<VectorEvaluator> table = make_table(*brdf, limit.of(source.size()));
-    verdict.version = "1.0";
-    return table ? ok_status() : Status(table.error());
+    if (!table) return table.error();
+    const Result<ContainerHead> head = read_head(source);
+    if (!head) return head.error();
+    verdict.version = head->version();
+    return ok_status();
   }
   const Result<SlicedReader> reader = SlicedReader::open(source, limit);
   if (!reader) return reader.error();

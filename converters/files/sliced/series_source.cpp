@@ -11,16 +11,20 @@
 
 namespace sbrdf::internal {
 
-SeriesSource::SeriesSource(const SeriesBrdf& brdf, VectorEvaluator table, std::shared_ptr<const ByteSource> bytes)
-    : table_(std::move(table)), metadata_(brdf.metadata), bytes_(std::move(bytes)) {
-  traits_.format = "sbrdf";
-  traits_.description = "dense table from a series, half/difference angles";
-  traits_.channels = brdf.channels;
-  traits_.isotropic = brdf.symmetries.isotropic;
-  traits_.reciprocal = true;
-  traits_.theta_max_deg = traits_.slice_theta_max_deg = brdf.warp.theta_max_deg;
-  traits_.beyond_theta_max = "the value held at the end of the table";
+SourceTraits series_traits(const SeriesBrdf& brdf) {
+  SourceTraits traits;
+  traits.format = "sbrdf";
+  traits.description = "dense table from a series, half/difference angles";
+  traits.channels = brdf.channels;
+  traits.isotropic = brdf.symmetries.isotropic;
+  traits.reciprocal = true;
+  traits.theta_max_deg = traits.slice_theta_max_deg = brdf.warp.theta_max_deg;
+  traits.beyond_theta_max = "the value held at the end of the table";
+  return traits;
 }
+
+SeriesSource::SeriesSource(const SeriesBrdf& brdf, VectorEvaluator table, std::shared_ptr<const ByteSource> bytes)
+    : table_(std::move(table)), traits_(series_traits(brdf)), metadata_(brdf.metadata), bytes_(std::move(bytes)) {}
 
 void SeriesSource::evaluate(std::span<const DirectionPair> pairs, std::span<float> values) const {
   evaluate_pairs(table_, pairs, values);
@@ -50,10 +54,7 @@ Result<MadeFile> make_series_file(const BrdfSource& source, const Options& optio
   const SeriesBrdf& brdf = fit->brdf;
   MadeFile made{encode_series(brdf), {}, fit->report.error};
   Report& report = made.report;
-  std::size_t coefficients = 0;
-  for (const auto& field : brdf.coefficients) {
-    for (const std::int32_t q : field) coefficients += q != 0 ? 1 : 0;
-  }
+  const std::size_t coefficients = brdf.coefficient_count();
   report.remarks.push_back({"coefficients", static_cast<double>(coefficients),
                             fmt::format("dense: {} coefficients of {} fields, up to {} x {} x {} x {} functions along "
                                         "theta_h, theta_d, phi_d, phi_h",

@@ -13,6 +13,9 @@
 
 namespace sbrdf::internal {
 
+/// What a dense file is, as its index tells.
+[[nodiscard]] SourceTraits series_traits(const SeriesBrdf& brdf);
+
 /// A dense file, expanded into its table. Reciprocal by construction.
 class SeriesSource final : public BrdfSource {
  public:

@@ -113,11 +113,7 @@ Result<MadeFile> make_either(const BrdfSource& source, const Options& options, c
   return std::move(chosen);
 }
 
-Status save_best(const BrdfSource& source, ByteSink& sink, const Options& options, Report& report,
-                 const Progress& progress) {
-  const Result<MadeFile> made = representation_of(options) == Representation::kDense
-                                    ? make_series_file(source, options, progress)
-                                    : make_either(source, options, progress);
+Status write_made(const Result<MadeFile>& made, ByteSink& sink, Report& report) {
   if (!made) return made.error();
   report.remarks.insert(report.remarks.end(), made->report.remarks.begin(), made->report.remarks.end());
   return sink.write(0, made->bytes);
@@ -198,14 +194,18 @@ Status save_sliced(const BrdfSource& source, ByteSink& sink, const Options& opti
     report.remarks.push_back({"copied", 1, "copied as it is"});
     return copy_bytes(*stored, sink, progress);
   }
-  if (representation_of(options) != Representation::kSliced) return save_best(source, sink, options, report, progress);
+  switch (representation_of(options)) {
+    case Representation::kDense:
+      return write_made(make_series_file(source, options, progress), sink, report);
+    case Representation::kAuto:
+      return write_made(make_either(source, options, progress), sink, report);
+    case Representation::kSliced:
+      break;
+  }
   if (const DecodedSliced* content = source.sliced(); content != nullptr && !ask_for_sampling(options)) {
     return copy_sliced(*content, sink, options, report);
   }
-  const Result<MadeFile> made = make_sliced_file(source, options, progress);
-  if (!made) return made.error();
-  report.remarks.insert(report.remarks.end(), made->report.remarks.begin(), made->report.remarks.end());
-  return sink.write(0, made->bytes);
+  return write_made(make_sliced_file(source, options, progress), sink, report);
 }
 
 }  // namespace sbrdf::internal
