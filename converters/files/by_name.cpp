@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/format_table.h"
-#include "converters/files/kurt/kurt_file.h"
 #include "converters/source/progress.h"
 #include "formats/os/files.h"
 #include "formats/os/interrupt.h"
@@ -54,7 +54,7 @@ Result<Bytes> open_material(const std::string& path, std::string_view name, cons
 Result<OpenedSource> open_kurt(const std::string& path) {
   const Result<Bytes> file = open_file(path);
   if (!file) return file.error();
-  Result<std::unique_ptr<BrdfSource>> source = open_kurt_file(**file);
+  Result<std::unique_ptr<BrdfSource>> source = open_analytic_file(**file);
   if (!source) return source.error();
   return OpenedSource{*std::move(source), (*file)->size()};
 }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/atlas/atlas_file.h"
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/csv/csv_file.h"
@@ -18,7 +19,6 @@
 #include "converters/files/foreign.h"
 #include "converters/files/hdf5/hdf5_file.h"
 #include "converters/files/klems/klems_source.h"
-#include "converters/files/kurt/kurt_file.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/merl/merl_writer.h"
 #include "converters/files/ngan/ngan.h"
@@ -65,6 +65,19 @@ Match recognise_merl(Head head, std::uint64_t size) {
 Match recognise_utia(Head head, std::uint64_t size) {
   if (!utia_shape_of_size(size)) return Match::kNone;
   return begins_like_utia(head, size) ? Match::kWhole : Match::kPossible;
+}
+
+template <LobeKind kind>
+constexpr Format analytic_row(std::string_view description, std::string_view page) {
+  return {.name = name_of(kLobeKindNames, kind),
+          .extension = ".json",
+          .description = description,
+          .page = page,
+          .capabilities = {Capability::kRead},
+          .holds = {.negatives = false, .values = "formula"},
+          .options = {},
+          .recognise = [](Head head, std::uint64_t) { return recognise_analytic_file(head, kind); },
+          .open = [](Bytes bytes, const Options&) { return open_analytic_file(*bytes); }};
 }
 
 const std::array kFormats = {
@@ -146,15 +159,9 @@ const std::array kFormats = {
            .save = save_hdf5,
            .fragile = true,
            .check = check_hdf5_options},
-    Format{.name = "kurt",
-           .extension = ".json",
-           .description = "parameters of a Kurt model",
-           .page = "kurt.md",
-           .capabilities = {Capability::kRead},
-           .holds = {.negatives = false, .values = "formula"},
-           .options = {},
-           .recognise = [](Head head, std::uint64_t) { return recognise_kurt_file(head); },
-           .open = [](Bytes bytes, const Options&) { return open_kurt_file(*bytes); }},
+    analytic_row<LobeKind::kKurt>("parameters of a Kurt model", "kurt.md"),
+    analytic_row<LobeKind::kWard>("parameters of a Ward model", "models.md"),
+    analytic_row<LobeKind::kGgx>("parameters of a GGX model", "models.md"),
     Format{.name = "zemax",
            .extension = ".bsdf",
            .description = "Zemax (Ansys) tabular BSDF, text",

@@ -8,7 +8,7 @@
 
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/paper/published.h"
 #include "converters/paper/reproduce.h"
 
@@ -84,9 +84,9 @@ Result<Reconstruction> uniform_samples_of(const BrdfSource& source, PaperMethod 
 
 Result<AccuracyRow> accuracy_row(const PaperRow& paper, PaperMethod method, std::size_t count,
                                  const AccuracyOptions& options, const Progress& progress) {
-  Result<KurtModel> model = kurt_material(paper.material);
+  Result<AnalyticModel> model = kurt_material(paper.material);
   if (!model) return model.error();
-  const auto source = make_kurt_source(*model);
+  const auto source = make_analytic_source(*model);
   StepwiseProgress steps(progress);
   const Progress making = steps.step(kSlicingShare);
   Result<Reconstruction> made = method == PaperMethod::kProposed
@@ -115,7 +115,7 @@ bool is_asked_for(const AccuracyOptions& options, PaperMethod method) {
 Result<std::set<std::string>> full_names(const std::vector<std::string>& names) {
   std::set<std::string> full;
   for (const std::string& name : names.empty() ? kurt_material_names() : names) {
-    Result<KurtModel> model = kurt_material(name);
+    Result<AnalyticModel> model = kurt_material(name);
     if (!model) return model.error();
     full.insert(model->name);
   }

@@ -9,7 +9,7 @@
 
 #include "codec/evaluation/evaluator.h"
 #include "converters/judge/compare.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/paper/published.h"
 #include "converters/paper/reproduce.h"
 #include "formats/core/parallel.h"
@@ -165,9 +165,9 @@ struct Materials {
 Result<Materials> materials_of_paper(const PlacementOptions& options) {
   Materials materials;
   for (const PaperRow& paper : kPaper) {
-    Result<KurtModel> model = kurt_material(paper.material);
+    Result<AnalyticModel> model = kurt_material(paper.material);
     if (!model) return model.error();
-    materials.sources.push_back(make_kurt_source(*model));
+    materials.sources.push_back(make_analytic_source(*model));
     materials.grids.push_back(draw_grid(*materials.sources.back(), options));
   }
   return materials;

@@ -9,7 +9,7 @@
 #include "converters/baselines/cube_map.h"
 #include "converters/files/atlas/make_atlas.h"
 #include "converters/files/atlas/paper/make_paper.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/paper/reproduce.h"
 #include "formats/texture/exr_texture.h"
 #include "formats/texture/ktx2.h"
@@ -155,9 +155,9 @@ std::uint64_t TextureSizes::file_bytes() const {
 }
 
 Result<std::vector<TextureSizes>> reproduce_storage(const std::string& material, const Progress& progress) {
-  const Result<KurtModel> found = kurt_material(material);
+  const Result<AnalyticModel> found = kurt_material(material);
   if (!found) return found.error();
-  const std::unique_ptr<BrdfSource> source = make_kurt_source(*found);
+  const std::unique_ptr<BrdfSource> source = make_analytic_source(*found);
   StepwiseProgress steps(progress);
   std::vector<TextureSizes> rows;
   for (std::size_t count = 0; count < kPaperCounts.size(); ++count) {

@@ -8,13 +8,13 @@
 
 #include "codec/material/value_domain.h"
 #include "codec/sampling/adaptive_sampling.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 
 namespace sbrdf::internal::stress {
 namespace {
 
-Brdf brdf_of(const KurtModel& model) {
-  const std::shared_ptr<const BrdfSource> source = make_kurt_source(model);
+Brdf brdf_of(const AnalyticModel& model) {
+  const std::shared_ptr<const BrdfSource> source = make_analytic_source(model);
   return [source](const DirectionPair& pair) {
     std::array<float, 3> rgb{};
     source->evaluate(std::span(&pair, 1), rgb);
@@ -130,7 +130,7 @@ Channels<double> smooth(const DirectionPair& pair) {
 Brdf kurt(std::string_view name) { return brdf_of(kurt_material(name).value()); }
 
 Brdf isotropic_kurt() {
-  KurtModel model;
+  AnalyticModel model;
   model.name = "isotropic";
   model.k_d = {0.1, 0.05, 0.02};
   model.lobes = {{.k_s = {0.3, 0.2, 0.4}, .f_0 = 0.5, .m_x = 0.15, .m_y = 0.15, .alpha = 0.3}};

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "converters/files/by_name.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/slicing/slicing.h"
 #include "formats/core/parallel.h"
 #include "tests/benchmarks/timing.h"
@@ -94,7 +94,7 @@ bool measure(const char* path) {
 /// Times of sampling an analytic material, and the power of the number that they grow with.
 void measure_growth() {
   const ThreadLimit one(1);
-  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  const auto source = make_analytic_source(kurt_material("fabric112").value());
   std::vector<double> x;
   std::vector<double> y;
   for (const std::uint64_t samples : {1'000, 3'000, 10'000, 30'000, 100'000, 350'000}) {

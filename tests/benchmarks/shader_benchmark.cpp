@@ -19,7 +19,7 @@
 
 #include "codec/atlas/shader.h"
 #include "converters/files/by_name.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/slicing/slicing.h"
 #include "tests/benchmarks/take.h"
 #include "tests/gpu/atlas_checks.h"
@@ -93,7 +93,7 @@ Pairs drawn_pairs() {
 class Benchmark {
  public:
   Benchmark(GlContext& context, int frames) : context_(context), frames_(frames) {
-    const auto source = make_kurt_source(kurt_material("fabric112").value());
+    const auto source = make_analytic_source(kurt_material("fabric112").value());
     const Barycentric barycentric(*source, paper_scheme("14").value());
     baseline_ = {Barycentric::shader(), "barycentric_eval", barycentric.textures()};
     check_baseline(barycentric);
@@ -177,16 +177,16 @@ void run_all(int frames, const char* file) {
   // Not BC6H: a processor unpacks a block for each texel that is read.
   const std::vector<TexelFormat> all = {TexelFormat::kRgba32f, TexelFormat::kRgba16f, TexelFormat::kE5b9g9r9};
   const std::vector<TexelFormat> halves = {TexelFormat::kRgba16f};
-  const KurtModel fabric = kurt_material("fabric112").value();
-  const auto anisotropic = make_kurt_source(fabric);
+  const AnalyticModel fabric = kurt_material("fabric112").value();
+  const auto anisotropic = make_analytic_source(fabric);
   benchmark.run("anisotropic, elevation 14/36", *anisotropic, paper_options(), all);
   benchmark.run("anisotropic, half/difference, mirrors", *anisotropic, searched_options(FrameId::kHalfDifference, true),
                 halves);
   benchmark.run("anisotropic, half/difference", *anisotropic, searched_options(FrameId::kHalfDifference, false),
                 halves);
-  KurtModel turned = fabric;
-  for (KurtLobe& lobe : turned.lobes) lobe.m_y = lobe.m_x;
-  const auto isotropic = make_kurt_source(turned);
+  AnalyticModel turned = fabric;
+  for (AnalyticLobe& lobe : turned.lobes) lobe.m_y = lobe.m_x;
+  const auto isotropic = make_analytic_source(turned);
   benchmark.run("isotropic, elevation", *isotropic, searched_options(FrameId::kElevation, true), halves);
   benchmark.run("isotropic, half/difference", *isotropic, searched_options(FrameId::kHalfDifference, true), all);
   if (file == nullptr) return;

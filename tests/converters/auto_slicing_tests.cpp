@@ -7,7 +7,7 @@
 
 #include "converters/files/sliced/sliced.h"
 #include "converters/judge/compare.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/paper/reproduce.h"
 #include "converters/slicing/slicing.h"
 #include "converters/source/symmetry_detection.h"
@@ -20,7 +20,7 @@ namespace {
 using testing::HasSubstr;
 
 std::unique_ptr<BrdfSource> shiny_isotropic() {
-  return make_kurt_source({"shiny", {0.1, 0.05, 0.02}, {{{0.05, 0.05, 0.05}, 0.9, 0.08, 0.08, 0}}});
+  return make_analytic_source({"shiny", {0.1, 0.05, 0.02}, {{{0.05, 0.05, 0.05}, 0.9, 0.08, 0.08, 0}}});
 }
 
 SliceOptions quick(std::uint64_t samples) {
@@ -38,7 +38,7 @@ double rel_l1(const BrdfSource& reference, const Slicing& slicing) {
 }
 
 TEST(DetectSymmetries, FindsThoseThatASourceHas) {
-  const Symmetries fabric = detect_symmetries(*make_kurt_source(kurt_material("fabric112").value()));
+  const Symmetries fabric = detect_symmetries(*make_analytic_source(kurt_material("fabric112").value()));
   EXPECT_EQ(fabric, (Symmetries{.isotropic = false, .mirror_x = true, .mirror_y = true}));
   const Symmetries shiny = detect_symmetries(*shiny_isotropic());
   EXPECT_TRUE(shiny.isotropic && shiny.mirror_x);
@@ -52,12 +52,12 @@ TEST(DetectSymmetries, FindsThoseThatASourceHas) {
 
 /// A mirror that is blurred by so little, and by another angle across.
 std::unique_ptr<BrdfSource> narrow_lobe(double along_deg, double across_deg) {
-  const KurtLobe lobe = {{0.3, 0.25, 0.2},
-                         0.3,
-                         std::tan(radians_from_degrees(along_deg)),
-                         std::tan(radians_from_degrees(across_deg)),
-                         0.2};
-  return make_kurt_source({"narrow", {0.1, 0.2, 0.05}, {lobe}});
+  const AnalyticLobe lobe = {{0.3, 0.25, 0.2},
+                             0.3,
+                             std::tan(radians_from_degrees(along_deg)),
+                             std::tan(radians_from_degrees(across_deg)),
+                             0.2};
+  return make_analytic_source({"narrow", {0.1, 0.2, 0.05}, {lobe}});
 }
 
 TEST(DetectSymmetries, LooksIntoNarrowHighlights) {
@@ -81,7 +81,7 @@ TEST(SliceSource, FindsAHighlightAFiftiethOfADegreeWide) {
 }
 
 TEST(TrueRefinement, IsBetterThanTheMeasuredOneAndTakesAsManySamples) {
-  const auto fabric = make_kurt_source(kurt_material("fabric112").value());
+  const auto fabric = make_analytic_source(kurt_material("fabric112").value());
   SliceOptions options;
   options.structure = Placement{28, 60};
   options.stop = SampleCount{1500};
@@ -108,7 +108,7 @@ TEST(SliceSource, EndsBelowTheNumberOfSamplesWhereEveryGapIsAtTheMinimum) {
 }
 
 TEST(StructureSearch, BeatsTheTableOfThePaper) {
-  const auto fabric = make_kurt_source(kurt_material("fabric112").value());
+  const auto fabric = make_analytic_source(kurt_material("fabric112").value());
   SliceOptions paper;
   paper.structure = table_3_placement(400);
   paper.stop = SampleCount{400};
@@ -129,7 +129,7 @@ TEST(StructureSearch, TriesNoMoreStartsThanAskedFor) {
 }
 
 TEST(StructureSearch, GoesByWayOfFewerSamples) {
-  const auto source = make_kurt_source(
+  const auto source = make_analytic_source(
       {"lobes", {0.02, 0.1, 0.2}, {{{0.05, 0.01, 0.2}, 0.5, 0.06, 0.3, 0.4}, {{0.1, 0.1, 0.01}, 0.2, 0.4, 0.1, 0.8}}});
   const Measure measure = [&](auto pairs, auto values) {
     source->evaluate(pairs, values);
@@ -153,7 +153,7 @@ TEST(StructureSearch, GoesByWayOfFewerSamples) {
 
 TEST(StructureSearch, TakesNothingThatIsWorseByEitherErrorThanWhatFewerSamplesFound) {
   for (const char* name : {"Brushed alum", "fabric112", "Yellow satin"}) {
-    const auto source = make_kurt_source(kurt_material(name).value());
+    const auto source = make_analytic_source(kurt_material(name).value());
     const Measure measure = [&](auto pairs, auto values) {
       source->evaluate(pairs, values);
       return ok_status();
@@ -267,7 +267,7 @@ TEST(ReproduceAccuracy, JudgesSamplesThatAreNotRounded) {
   const std::vector<AccuracyRow> rows = reproduce_accuracy(options).value();
   ASSERT_EQ(rows.size(), 2);
   EXPECT_EQ(rows[0].structure, "14/36");
-  const auto source = make_kurt_source(kurt_material("Red velvet").value());
+  const auto source = make_analytic_source(kurt_material("Red velvet").value());
   const auto mre = [&](double precision) {
     SliceOptions slices = options.slices;
     slices.structure = table_3_placement(8911);

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "codec/file/encoder.h"
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/foreign.h"
-#include "converters/files/kurt/kurt_file.h"
 #include "tests/support/function_source.h"
 #include "tests/support/small_files.h"
 
@@ -154,7 +154,7 @@ TEST(FormatOptions, EachRefusesOtherValuesByItsName) {
 }
 
 TEST(FormatOptions, WhatIsNotDeclaredIsRefusedByName) {
-  const auto source = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
+  const auto source = make_analytic_source(parse_analytic_json(small_files::kKurtJson).value());
   for (const Format& format : formats()) {
     for (const char* name : {"no-such-option", "sample", "Samples", ""}) {
       const Options options = Options().set(name, "1");
@@ -389,11 +389,11 @@ TEST(OpenNamed, FindsBuiltInSourcesWithoutAFile) {
 
 TEST(OpenKurtFile, RefusesLargeFilesUnread) {
   bool read = false;
-  const CallbackSource large(kKurtLargestFile + 1, [&](std::uint64_t, std::span<std::byte>) -> Status {
+  const CallbackSource large(kAnalyticLargestFile + 1, [&](std::uint64_t, std::span<std::byte>) -> Status {
     read = true;
     return ok_status();
   });
-  const auto source = open_kurt_file(large);
+  const auto source = open_analytic_file(large);
   ASSERT_FALSE(source.ok());
   EXPECT_THAT(source.error().message, HasSubstr("at most 1048576"));
   EXPECT_FALSE(read);
@@ -445,7 +445,7 @@ TEST(SaveSource, ReportsBytesAndFindingsOfTheSource) {
 }
 
 TEST(SaveSource, RefusesWhatCannotBeWrittenAndWhatContradictsItself) {
-  const auto source = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
+  const auto source = make_analytic_source(parse_analytic_json(small_files::kKurtJson).value());
   EXPECT_EQ(save("kurt", *source).error().code, ErrorCode::kUnsupported);
   const auto both = save("sbrdf", *source, Options().set("samples", "50").set("target-mre", "3"));
   EXPECT_EQ(both.error().code, ErrorCode::kUsage);
@@ -471,7 +471,7 @@ TEST(SaveSource, CopiesWithoutResamplingWhereAFormatHoldsJustThis) {
 }
 
 TEST(SaveSource, WritesProvenanceIntoMetadata) {
-  const auto source = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
+  const auto source = make_analytic_source(parse_analytic_json(small_files::kKurtJson).value());
   Options options = Options().set("samples", "40").set("placement", "40/180").set("metadata", "full");
   options.provenance = {"what was asked for", "0123"};
   const auto file = open_source(source_of(save("sbrdf", *source, options)->bytes)).value();
@@ -481,7 +481,7 @@ TEST(SaveSource, WritesProvenanceIntoMetadata) {
 
 TEST(SaveSource, StopsWhenAsked) {
   const Progress stop = {[](double) { return false; }};
-  const auto model = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
+  const auto model = make_analytic_source(parse_analytic_json(small_files::kKurtJson).value());
   const auto table = open_source(source_of(small_files::merl({30, 30, 30}))).value();
   for (const BrdfSource* source : {model.get(), table.get()}) {
     const auto saved = save("merl", *source, {}, stop);
@@ -502,7 +502,7 @@ TEST(SaveSource, PassesOnThatWritingFailed) {
    private:
     std::uint64_t room_;
   };
-  const auto model = make_kurt_source(parse_kurt_json(small_files::kKurtJson).value());
+  const auto model = make_analytic_source(parse_analytic_json(small_files::kKurtJson).value());
   const auto table = open_source(source_of(small_files::merl())).value();
   for (const char* format : {"merl", "sbrdf"}) {
     for (const BrdfSource* source : {model.get(), table.get()}) {

@@ -11,7 +11,7 @@
 #include "codec/atlas/shader.h"
 #include "converters/files/atlas/make_atlas.h"
 #include "converters/files/by_name.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "tests/gpu/atlas_checks.h"
 #include "tests/gpu/gl_harness.h"
 #include "tests/gpu/shader_checks.h"
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Languages, ShaderOfAtlas, testing::Values(GlApi::kCore4
 TEST_P(ShaderOfAtlas, AgreesInTheElevationFrame) {
   SBRDF_MAKE_GL_CONTEXT(context, GetParam());
   for (std::size_t k = 0; k < kKurt.size(); ++k) {
-    const auto source = make_kurt_source(kurt_material(kKurt[k]).value());
+    const auto source = make_analytic_source(kurt_material(kKurt[k]).value());
     // One scale for all tiles, and one for each.
     const TexelFormat texel = k % 2 == 0 ? TexelFormat::kRgb32f : TexelFormat::kE5b9g9r9;
     expect_shader_agrees(context, kKurt[k], slices_or_throw(*source, paper_options()), *source, texel);
@@ -76,7 +76,7 @@ TEST_P(ShaderOfAtlas, AgreesInTheHalfDifferenceFrame) {
   for (const bool mirrors : {true, false}) {
     std::get<SearchedStructure>(options.structure).use_mirrors = mirrors;
     for (const char* name : {"Brushed alum", "fabric112"}) {
-      const auto source = make_kurt_source(kurt_material(name).value());
+      const auto source = make_analytic_source(kurt_material(name).value());
       expect_shader_agrees(context, name, slices_or_throw(*source, options), *source, TexelFormat::kRgb32f);
     }
   }
@@ -102,7 +102,7 @@ TEST(ShaderText, CompilesInAllLanguages) {
   SliceOptions half;
   half.stop = SampleCount{1000};
   half.structure = SearchedStructure{.frame = FrameId::kHalfDifference, .evaluations = 20};
-  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  const auto source = make_analytic_source(kurt_material("fabric112").value());
   for (const SliceOptions& options : {paper_options(), half}) {
     const DecodedSliced sliced = slices_or_throw(*source, options);
     const Result<MadeAtlas> made =

@@ -13,7 +13,7 @@
 #include "codec/file/reader.h"
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/format_table.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "formats/core/byte_source.h"
 #include "formats/merl/merl.h"
 #include "formats/ngan/ngan.h"
@@ -37,6 +37,14 @@ inline std::shared_ptr<const ByteSource> source_of(Bytes bytes) {
 inline constexpr std::string_view kKurtJson =
     R"({"name": "small", "k_d": [0.2, 0.3, 0.4],
         "lobes": [{"k_s": [0.1, 0.1, 0.1], "f_0": 0.5, "m_x": 0.3, "m_y": 0.3, "alpha": 0}]})";
+
+inline constexpr std::string_view kWardJson =
+    R"({"model": "ward", "name": "small", "k_d": [0.2, 0.3, 0.4],
+        "lobes": [{"k_s": [0.1, 0.1, 0.1], "alpha_x": 0.3, "alpha_y": 0.2}]})";
+
+inline constexpr std::string_view kGgxJson =
+    R"({"model": "ggx", "name": "small", "k_d": [0.2, 0.3, 0.4],
+        "lobes": [{"k_s": [0.1, 0.1, 0.1], "f_0": 0.5, "alpha_x": 0.3, "alpha_y": 0.2}]})";
 
 /// A manifest; its texture, "small.ktx2", is not there.
 inline Bytes atlas() {
@@ -84,7 +92,7 @@ inline Bytes utia() {
 }
 
 inline Bytes make_sliced() {
-  const auto source = make_kurt_source(parse_kurt_json(kKurtJson).value());
+  const auto source = make_analytic_source(parse_analytic_json(kKurtJson).value());
   Options options;
   options.set("placement", "40/180").set("samples", "40");
   MemorySink sink;
@@ -112,7 +120,7 @@ inline Bytes bundle() {
 inline constexpr std::string_view kSmallGrid = "difference/0:45:45:90";
 
 inline Bytes saved_as(std::string_view extension) {
-  const auto source = make_kurt_source(parse_kurt_json(kKurtJson).value());
+  const auto source = make_analytic_source(parse_analytic_json(kKurtJson).value());
   MemorySink sink;
   Report report;
   const Options options = Options().set("grid", std::string(kSmallGrid));
@@ -174,6 +182,8 @@ inline Bytes of(std::string_view format) {
   if (format == "sbrdf") return sliced();
   if (format == "sbrdfz") return bundle();
   if (format == "kurt") return bytes_of(kKurtJson);
+  if (format == "ward") return bytes_of(kWardJson);
+  if (format == "ggx") return bytes_of(kGgxJson);
   if (format == "zemax") return bytes_of(zemax_text());
   if (format == "klems") return bytes_of(klems_text());
   if (format == "hdf5") return saved_as(".h5");

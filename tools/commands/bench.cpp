@@ -8,7 +8,7 @@
 
 #include "converters/bench/bench.h"
 #include "converters/files/by_name.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "tools/bench/bench_files.h"
 #include "tools/bench/bench_page.h"
 #include "tools/commands/commands.h"
@@ -30,8 +30,9 @@ struct BenchCommand {
 };
 
 /// None of the built-in materials is isotropic.
-const KurtModel& isotropic_model() {
-  static const KurtModel kModel = {"isotropic gloss", {0.08, 0.05, 0.03}, {{{0.12, 0.11, 0.1}, 0.2, 0.15, 0.15, 0.2}}};
+const AnalyticModel& isotropic_model() {
+  static const AnalyticModel kModel = {
+      "isotropic gloss", {0.08, 0.05, 0.03}, {{{0.12, 0.11, 0.1}, 0.2, 0.15, 0.15, 0.2}}};
   return kModel;
 }
 
@@ -39,7 +40,7 @@ const KurtModel& isotropic_model() {
 std::vector<BenchMaterial> default_materials(bool quick) {
   const auto isotropic = []() -> Result<OpenedSource> {
     OpenedSource opened;
-    opened.source = make_kurt_source(isotropic_model());
+    opened.source = make_analytic_source(isotropic_model());
     return opened;
   };
   std::vector<BenchMaterial> materials = {{isotropic_model().name, isotropic}};

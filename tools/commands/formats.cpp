@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/format_table.h"
-#include "converters/files/kurt/kurt_file.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "formats/core/named.h"
 #include "tools/commands/commands.h"
 #include "tools/console/terminal.h"

@@ -8,8 +8,8 @@
 #include <span>
 #include <utility>
 
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/format_table.h"
-#include "converters/files/kurt/kurt_file.h"
 #include "formats/os/files.h"
 #include "tools/console/terminal.h"
 #include "tools/io/outputs.h"

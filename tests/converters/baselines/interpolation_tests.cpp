@@ -12,7 +12,7 @@
 #include "converters/baselines/rbf.h"
 #include "converters/baselines/scheme_samples.h"
 #include "converters/baselines/triangulation.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "formats/core/directions.h"
 
 namespace sbrdf::internal {
@@ -24,7 +24,7 @@ const std::vector<Interpolation> kEach = {{Interpolation::Kind::kBarycentric},
                                           {Interpolation::Kind::kRbf, RbfKernel::kThinPlate},
                                           {Interpolation::Kind::kRbf, RbfKernel::kInverseMultiquadric}};
 
-std::unique_ptr<BrdfSource> satin() { return make_kurt_source(kurt_material("Purple satin").value()); }
+std::unique_ptr<BrdfSource> satin() { return make_analytic_source(kurt_material("Purple satin").value()); }
 
 UniformScheme small_scheme() { return {"small", {{0, 1}, {35, 5}, {80, 8}}}; }
 

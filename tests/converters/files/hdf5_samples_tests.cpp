@@ -13,7 +13,7 @@
 #include "converters/baselines/scheme_samples.h"
 #include "converters/files/format_table.h"
 #include "converters/files/hdf5/hdf5_file.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "formats/table/hdf5/samples.h"
 #include "tests/support/small_files.h"
 
@@ -32,7 +32,7 @@ Bytes saved(const BrdfSource& source, const Options& options) {
   return std::move(sink).take();
 }
 
-std::unique_ptr<BrdfSource> wood() { return make_kurt_source(kurt_material("wood01").value()); }
+std::unique_ptr<BrdfSource> wood() { return make_analytic_source(kurt_material("wood01").value()); }
 
 Options scheme_options(const std::string& scheme = "3") {
   Options options;

@@ -1,4 +1,4 @@
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 
 #include <cmath>
 #include <limits>
@@ -26,7 +26,7 @@ Vector vector_of(const Direction& w) {
 
 Real dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-Real beckmann(const Vector& h, const KurtLobe& lobe) {
+Real beckmann(const Vector& h, const AnalyticLobe& lobe) {
   const Real theta_h = std::atan2(std::hypot(h.x, h.y), h.z), phi_h = std::atan2(h.y, h.x);
   const Real m_x = lobe.m_x, m_y = lobe.m_y;
   const Real exponent = -std::pow(std::tan(theta_h), 2.0L) *
@@ -35,13 +35,13 @@ Real beckmann(const Vector& h, const KurtLobe& lobe) {
 }
 
 // The formula as it is printed, term by term.
-Real transcribed(const KurtModel& model, std::size_t channel, const DirectionPair& pair) {
+Real transcribed(const AnalyticModel& model, std::size_t channel, const DirectionPair& pair) {
   const Vector l = vector_of(pair.i), v = vector_of(pair.v);
   Vector h = {l.x + v.x, l.y + v.y, l.z + v.z};
   const Real length = std::sqrt(dot(h, h));
   h = {h.x / length, h.y / length, h.z / length};
   Real sum = model.k_d[channel] / kPiExact;
-  for (const KurtLobe& lobe : model.lobes) {
+  for (const AnalyticLobe& lobe : model.lobes) {
     const Real f_0 = lobe.f_0;
     const Real fresnel = f_0 + (1 - f_0) * std::pow(1 - dot(v, h), 5.0L);
     const Real cosines = std::pow(l.z * v.z, static_cast<Real>(lobe.alpha));
@@ -56,10 +56,10 @@ std::array<float, 3> value_at(const BrdfSource& source, const DirectionPair& pai
   return value;
 }
 
-KurtModel model_of(const std::vector<KurtLobe>& lobes) { return {"test", {0.1, 0.2, 0.3}, lobes}; }
+AnalyticModel model_of(const std::vector<AnalyticLobe>& lobes) { return {"test", {0.1, 0.2, 0.3}, lobes}; }
 
-void expect_transcribed(const KurtModel& model, const DirectionPair& pair) {
-  const auto value = value_at(*make_kurt_source(model), pair);
+void expect_transcribed(const AnalyticModel& model, const DirectionPair& pair) {
+  const auto value = value_at(*make_analytic_source(model), pair);
   for (std::size_t c = 0; c < 3; ++c) {
     const double expected = static_cast<double>(transcribed(model, c, pair));
     EXPECT_NEAR(value[c], expected, 1.2e-7 * expected)
@@ -75,13 +75,13 @@ TEST(KurtMaterials, AreTheTenOfTable2) {
     ASSERT_TRUE(model.ok());
     EXPECT_EQ(model->name, name);
     EXPECT_EQ(model->lobes.size(), name.find("fabric") == 0 || name == "wood01" ? 2u : 1u);
-    EXPECT_TRUE(check_kurt_model(*model).ok());
-    EXPECT_FALSE(make_kurt_source(*model)->traits().isotropic);
+    EXPECT_TRUE(check_analytic(*model).ok());
+    EXPECT_FALSE(make_analytic_source(*model)->traits().isotropic);
   }
 }
 
 TEST(KurtMaterials, HaveTheirPublishedParameters) {
-  const KurtModel fabric = kurt_material("fabric112").value();
+  const AnalyticModel fabric = kurt_material("fabric112").value();
   EXPECT_EQ(fabric.k_d, (std::array{0.0838, 0.0596, 0.0434}));
   EXPECT_EQ(fabric.lobes[0].k_s, (std::array{0.1419, 0.1078, 0.0521}));
   EXPECT_EQ(fabric.lobes[0].f_0, 1);
@@ -91,7 +91,7 @@ TEST(KurtMaterials, HaveTheirPublishedParameters) {
   EXPECT_EQ(fabric.lobes[1].m_x, 0.7046);
   EXPECT_EQ(fabric.lobes[1].m_y, 1.2292);
   EXPECT_EQ(fabric.lobes[1].alpha, 0.976);
-  const KurtModel alum = kurt_material("Brushed alum").value();
+  const AnalyticModel alum = kurt_material("Brushed alum").value();
   EXPECT_EQ(alum.lobes[0].f_0, 0.999);
   EXPECT_EQ(alum.lobes[0].m_x, 0.035);
   EXPECT_EQ(alum.lobes[0].m_y, 0.129);
@@ -116,25 +116,25 @@ TEST(KurtMaterials, UnknownNameListsTheKnownOnes) {
 
 TEST(KurtSource, MatchesTheFormulaAtRandomDirections) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> theta(0, kPi / 2 - kKurtGrazing), phi(-1, 7);
+  std::uniform_real_distribution<double> theta(0, kPi / 2 - kAnalyticGrazing), phi(-1, 7);
   for (const std::string& name : kurt_material_names()) {
-    const KurtModel model = kurt_material(name).value();
+    const AnalyticModel model = kurt_material(name).value();
     for (int n = 0; n < 500; ++n)
       expect_transcribed(model, {{theta(random), phi(random)}, {theta(random), phi(random)}});
   }
 }
 
 TEST(KurtSource, MatchesTheFormulaWhicheverLobeHasAnExponent) {
-  const KurtLobe with{{0.1, 0.2, 0.3}, 0.5, 0.3, 0.6, 0.7}, without{{0.3, 0.2, 0.1}, 0.2, 0.9, 0.4, 0};
+  const AnalyticLobe with{{0.1, 0.2, 0.3}, 0.5, 0.3, 0.6, 0.7}, without{{0.3, 0.2, 0.1}, 0.2, 0.9, 0.4, 0};
   for (const auto& lobes : {std::vector{with, without}, std::vector{without, with}, std::vector{without}}) {
     expect_transcribed(model_of(lobes), {{0.5, 1}, {0.9, 2.5}});
   }
 }
 
 TEST(KurtSource, MatchesTheFormulaAtPoleMirrorAndGrazing) {
-  const double edge = kPi / 2 - kKurtGrazing;
+  const double edge = kPi / 2 - kAnalyticGrazing;
   for (const std::string& name : kurt_material_names()) {
-    const KurtModel model = kurt_material(name).value();
+    const AnalyticModel model = kurt_material(name).value();
     for (const double theta : {1e-12, 1e-6, 0.7, edge}) {
       expect_transcribed(model, {{theta, 1}, {theta, 1}});
       expect_transcribed(model, {{theta, 1}, {theta / 2, 1 + 1e-9}});
@@ -147,7 +147,7 @@ TEST(KurtSource, IsReciprocalBitForBit) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> theta(0, kPi / 2), phi(0, 2 * kPi);
   for (const std::string& name : kurt_material_names()) {
-    const auto source = make_kurt_source(kurt_material(name).value());
+    const auto source = make_analytic_source(kurt_material(name).value());
     EXPECT_TRUE(source->traits().reciprocal);
     for (int n = 0; n < 200; ++n) {
       const Direction i{theta(random), phi(random)}, v{theta(random), phi(random)};
@@ -157,13 +157,13 @@ TEST(KurtSource, IsReciprocalBitForBit) {
 }
 
 TEST(KurtSource, IsIsotropicOnlyIfEveryLobeIs) {
-  const KurtLobe round{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.3, 0.2}, long_one{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.4, 0.2};
-  EXPECT_TRUE(make_kurt_source(model_of({}))->traits().isotropic);
-  EXPECT_TRUE(make_kurt_source(model_of({round, round}))->traits().isotropic);
-  EXPECT_FALSE(make_kurt_source(model_of({round, long_one}))->traits().isotropic);
-  EXPECT_FALSE(make_kurt_source(model_of({long_one, round}))->traits().isotropic);
+  const AnalyticLobe round{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.3, 0.2}, long_one{{0.1, 0.1, 0.1}, 0.5, 0.3, 0.4, 0.2};
+  EXPECT_TRUE(make_analytic_source(model_of({}))->traits().isotropic);
+  EXPECT_TRUE(make_analytic_source(model_of({round, round}))->traits().isotropic);
+  EXPECT_FALSE(make_analytic_source(model_of({round, long_one}))->traits().isotropic);
+  EXPECT_FALSE(make_analytic_source(model_of({long_one, round}))->traits().isotropic);
 
-  const auto source = make_kurt_source(model_of({round}));
+  const auto source = make_analytic_source(model_of({round}));
   const auto expected = value_at(*source, {{0.5, 1}, {0.9, 2.5}});
   for (const double turn : {0.3, 2.0, 5.0}) {
     EXPECT_NEAR(value_at(*source, {{0.5, 1 + turn}, {0.9, 2.5 + turn}})[0], expected[0], 1e-6 * expected[0]);
@@ -171,7 +171,7 @@ TEST(KurtSource, IsIsotropicOnlyIfEveryLobeIs) {
 }
 
 TEST(KurtSource, LobeIsLongAcrossTheSmallerRoughness) {
-  const auto source = make_kurt_source(model_of({{{1, 1, 1}, 1, 0.05, 0.5, 0}}));
+  const auto source = make_analytic_source(model_of({{{1, 1, 1}, 1, 0.05, 0.5, 0}}));
   const auto along_x = value_at(*source, {{0.2, 0}, {0.2, 0}}),
              along_y = value_at(*source, {{0.2, kPi / 2}, {0.2, kPi / 2}});
   EXPECT_LT(along_x[0], along_y[0]);
@@ -180,7 +180,7 @@ TEST(KurtSource, LobeIsLongAcrossTheSmallerRoughness) {
 // With v = i, k_s = f_0 = 1, alpha = 0 and no diffuse part the value is D / 4.
 TEST(KurtSource, DistributionOfNormalsIntegratesToOne) {
   for (const auto& [m_x, m_y] : {std::pair{0.3, 0.3}, std::pair{0.1, 0.6}, std::pair{1.2, 0.2}, std::pair{2.0, 2.6}}) {
-    const auto source = make_kurt_source({"test", {0, 0, 0}, {{{1, 1, 1}, 1, m_x, m_y, 0}}});
+    const auto source = make_analytic_source({"test", {0, 0, 0}, {{{1, 1, 1}, 1, m_x, m_y, 0}}});
     constexpr int kThetaCount = 2000, kPhiCount = 360;
     double sum = 0;
     for (int t = 0; t < kThetaCount; ++t) {
@@ -195,7 +195,7 @@ TEST(KurtSource, DistributionOfNormalsIntegratesToOne) {
 }
 
 TEST(KurtSource, WithoutLobesIsDiffuse) {
-  const auto source = make_kurt_source(model_of({}));
+  const auto source = make_analytic_source(model_of({}));
   for (const double theta : {0.0, 1.0, kPi / 2}) {
     EXPECT_FLOAT_EQ(value_at(*source, {{theta, 0}, {0.3, 2}})[2], static_cast<float>(0.3 / kPi));
   }
@@ -203,30 +203,30 @@ TEST(KurtSource, WithoutLobesIsDiffuse) {
 
 TEST(KurtSource, HoldsItsValueCloserToTheHorizonThanTheStatedAngle) {
   for (const std::string& name : kurt_material_names()) {
-    const auto source = make_kurt_source(kurt_material(name).value());
-    const double edge = kPi / 2 - kKurtGrazing;
+    const auto source = make_analytic_source(kurt_material(name).value());
+    const double edge = kPi / 2 - kAnalyticGrazing;
     const auto expected = value_at(*source, {{edge, 0.4}, {edge, 2}});
     EXPECT_EQ(value_at(*source, {{kPi / 2, 0.4}, {kPi / 2, 2}}), expected);
-    EXPECT_EQ(value_at(*source, {{kPi / 2 - kKurtGrazing / 2, 0.4}, {kPi / 2, 2}}), expected);
+    EXPECT_EQ(value_at(*source, {{kPi / 2 - kAnalyticGrazing / 2, 0.4}, {kPi / 2, 2}}), expected);
   }
 }
 
 TEST(KurtSource, IsZeroBelowTheHorizon) {
-  const auto source = make_kurt_source(kurt_material("wood01").value());
+  const auto source = make_analytic_source(kurt_material("wood01").value());
   const double below = std::nextafter(kPi / 2, 2);
   EXPECT_EQ(value_at(*source, {{below, 0}, {0.2, 1}}), (std::array<float, 3>{}));
   EXPECT_EQ(value_at(*source, {{0.2, 0}, {3, 1}}), (std::array<float, 3>{}));
 }
 
 TEST(KurtSource, IsFiniteForEveryModelInRange) {
-  const double most = kKurtLargest, least = 1 / kKurtLargest;
+  const double most = kParameterLargest, least = 1 / kParameterLargest;
   const std::vector<double> thetas = {0, 1e-9, 0.5, kPi / 2 - 1e-5, kPi / 2}, phis = {0, 1, kPi / 2, kPi, 5};
   for (const double m_x : {least, 0.3, most}) {
     for (const double m_y : {least, 0.3, most}) {
-      for (const double alpha : {0.0, 1.0, kKurtLargestAlpha}) {
-        const KurtModel model{"test", {most, 0, 0}, {{{most, 0, 1}, most, m_x, m_y, alpha}}};
-        ASSERT_TRUE(check_kurt_model(model).ok());
-        const auto source = make_kurt_source(model);
+      for (const double alpha : {0.0, 1.0, kLargestAlpha}) {
+        const AnalyticModel model{"test", {most, 0, 0}, {{{most, 0, 1}, most, m_x, m_y, alpha}}};
+        ASSERT_TRUE(check_analytic(model).ok());
+        const auto source = make_analytic_source(model);
         for (const double theta_i : thetas) {
           for (const double theta_v : thetas) {
             for (const double phi : phis) {
@@ -251,7 +251,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 void expect_refused(const std::string& text, const std::string& words) {
-  const auto model = parse_kurt_json(text);
+  const auto model = parse_analytic_json(text);
   ASSERT_FALSE(model.ok()) << text;
   EXPECT_EQ(model.error().code, ErrorCode::kInvalidFile);
   EXPECT_NE(model.error().message.find(words), std::string::npos) << model.error().message;
@@ -263,7 +263,7 @@ void expect_refused(const std::string& from, const std::string& to, const std::s
 }
 
 TEST(KurtJson, ReadsEveryNumber) {
-  const auto model = parse_kurt_json(kGoodJson);
+  const auto model = parse_analytic_json(kGoodJson);
   ASSERT_TRUE(model.ok()) << model.error().message;
   EXPECT_EQ(model->name, "n");
   EXPECT_EQ(model->k_d, (std::array{0.1, 0.0, 1.0}));
@@ -277,8 +277,9 @@ TEST(KurtJson, ReadsEveryNumber) {
 
 TEST(KurtJson, TakesAnyNumberOfLobes) {
   const std::string lobe = R"({"k_s": [1, 2, 3], "f_0": 0.5, "m_x": 0.2, "m_y": 0.3, "alpha": 0})";
-  EXPECT_EQ(parse_kurt_json(replaced(std::string(kGoodJson), lobe, ""))->lobes.size(), 0u);
-  EXPECT_EQ(parse_kurt_json(replaced(std::string(kGoodJson), lobe, lobe + "," + lobe + "," + lobe))->lobes.size(), 3u);
+  EXPECT_EQ(parse_analytic_json(replaced(std::string(kGoodJson), lobe, ""))->lobes.size(), 0u);
+  EXPECT_EQ(parse_analytic_json(replaced(std::string(kGoodJson), lobe, lobe + "," + lobe + "," + lobe))->lobes.size(),
+            3u);
 }
 
 TEST(KurtJson, NamesTheKeyOfAWrongType) {
@@ -339,7 +340,7 @@ TEST(KurtJson, RefusesWhatIsNoJson) {
     expect_refused(text, "no valid JSON");
   }
   expect_refused(std::string(kGoodJson) + "x", "no valid JSON");
-  EXPECT_EQ(parse_kurt_json("{,}").error().offset, 1u);
+  EXPECT_EQ(parse_analytic_json("{,}").error().offset, 1u);
 }
 
 TEST(KurtJson, TakesDeepNestingWithoutExhaustingTheStack) {
@@ -349,9 +350,9 @@ TEST(KurtJson, TakesDeepNestingWithoutExhaustingTheStack) {
 
 TEST(KurtModelCheck, RefusesNanAndInfinity) {
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    KurtModel model = model_of({{{1, 1, 1}, 1, 1, 1, 0}});
+    AnalyticModel model = model_of({{{1, 1, 1}, 1, 1, 1, 0}});
     model.lobes[0].m_y = bad;
-    const Status status = check_kurt_model(model);
+    const Status status = check_analytic(model);
     ASSERT_FALSE(status.ok());
     EXPECT_EQ(status.error().code, ErrorCode::kUsage);
     EXPECT_NE(status.error().message.find("lobes[0].m_y"), std::string::npos);

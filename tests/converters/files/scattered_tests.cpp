@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "converters/files/analytic/analytic_file.h"
 #include "converters/files/format_table.h"
-#include "converters/files/kurt/kurt_file.h"
 #include "converters/files/scattered/nearest_points.h"
 #include "tests/support/dense_files.h"
 

@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "converters/judge/compare.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "formats/core/parallel.h"
 #include "tests/support/analytic_brdf.h"
 #include "tests/support/function_source.h"
@@ -211,7 +211,7 @@ TEST(OpenSliced, RefusesWhatIsNoSlicedFile) {
 }
 
 TEST(SliceSource, ReportsHowLargeErrorsGetOffTheGrid) {
-  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  const auto source = make_analytic_source(kurt_material("fabric112").value());
   SliceOptions options;
   options.structure = Placement{28, 60};
   options.stop = SampleCount{1500};
@@ -263,13 +263,13 @@ double mean_relative_error(const BrdfSource& reference, std::uint64_t samples, D
 
 // The published figure for 8,911 samples is 1.3; that of log values was found with an independent implementation.
 TEST(SlicedFabric112, HasTheErrorOfThePaperAt8911Samples) {
-  const auto fabric112 = make_kurt_source(kurt_material("fabric112").value());
+  const auto fabric112 = make_analytic_source(kurt_material("fabric112").value());
   EXPECT_NEAR(mean_relative_error(*fabric112, 8911, DomainKind::kLinear), 1.25, 0.125);
   EXPECT_NEAR(mean_relative_error(*fabric112, 8911, DomainKind::kLog), 0.93, 0.093);
 }
 
 TEST(SlicedFabric112, GetsBetterWithMoreSamples) {
-  const auto fabric112 = make_kurt_source(kurt_material("fabric112").value());
+  const auto fabric112 = make_analytic_source(kurt_material("fabric112").value());
   for (const DomainKind domain : {DomainKind::kLinear, DomainKind::kLog}) {
     EXPECT_LT(mean_relative_error(*fabric112, 16000, domain), mean_relative_error(*fabric112, 5000, domain));
   }

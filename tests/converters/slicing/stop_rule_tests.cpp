@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/slicing/slicing.h"
 
 namespace sbrdf::internal {
@@ -16,10 +16,10 @@ namespace {
 using testing::HasSubstr;
 
 std::unique_ptr<BrdfSource> shiny_isotropic() {
-  return make_kurt_source({"shiny", {0.1, 0.05, 0.02}, {{{0.05, 0.05, 0.05}, 0.9, 0.08, 0.08, 0}}});
+  return make_analytic_source({"shiny", {0.1, 0.05, 0.02}, {{{0.05, 0.05, 0.05}, 0.9, 0.08, 0.08, 0}}});
 }
 
-std::unique_ptr<BrdfSource> fabric() { return make_kurt_source(kurt_material("fabric112").value()); }
+std::unique_ptr<BrdfSource> fabric() { return make_analytic_source(kurt_material("fabric112").value()); }
 
 SliceOptions until(const StopRule& stop, const StructureRule& structure = SearchedStructure{.evaluations = 20}) {
   SliceOptions options;
@@ -88,7 +88,7 @@ TEST(StopRule, ReachesATargetInFewerBytesWithAnOpenPrecision) {
 
 // Regular structures need 1,856 samples here.
 TEST(StopRule, ReachesATargetWithAsFewSamplesAsSearchedStructuresNeed) {
-  const auto source = make_kurt_source({"narrow", {0.02, 0.01, 0.01}, {{{0.3, 0.2, 0.1}, 0.9, 0.012, 0.03, 0.5}}});
+  const auto source = make_analytic_source({"narrow", {0.02, 0.01, 0.01}, {{{0.3, 0.2, 0.1}, 0.9, 0.012, 0.03, 0.5}}});
   const Slicing slicing = slice_source(*source, until(TargetRelL1{3}, SearchedStructure{.evaluations = 60})).value();
   EXPECT_LE(slicing.report.error.rel_l1_percent, 3);
   EXPECT_LT(slicing.sliced.sample_count(), 600U);

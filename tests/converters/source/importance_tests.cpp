@@ -12,7 +12,7 @@
 #include "codec/search/random_pairs.h"
 #include "converters/files/rgl/rgl.h"
 #include "converters/judge/albedo.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/source/vector_brdf.h"
 #include "tests/support/hemisphere_bins.h"
 #include "tests/support/test_data.h"
@@ -96,7 +96,7 @@ void check(const BrdfSource& source, const std::string& name) {
 
 TEST(ImportanceOfSources, DrawsAnalyticMaterialsAsTheyShine) {
   for (const char* const name : {"brushed alum", "fabric135"}) {
-    check(*make_kurt_source(kurt_material(name).value()), name);
+    check(*make_analytic_source(kurt_material(name).value()), name);
   }
 }
 

@@ -11,7 +11,7 @@
 #include "converters/files/merl/merl_census.h"
 #include "converters/files/merl/merl_source.h"
 #include "converters/files/sliced/sliced.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/source/atan2_each.h"
 #include "converters/source/reciprocity.h"
 #include "tests/support/function_source.h"
@@ -182,7 +182,7 @@ TEST(EvaluateVectors, OfAnySourceGoThroughItsAngles) {
 }
 
 TEST(EvaluateVectors, OfKurtModelsAgreeWithAngles) {
-  const auto source = make_kurt_source(kurt_material("fabric135").value());
+  const auto source = make_analytic_source(kurt_material("fabric135").value());
   expect_values_of_angles(*source, 1e-6);
   expect_nothing_below_the_horizon(*source);
 }

@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "tests/gpu/barycentric/barycentric.h"
 #include "tests/gpu/gl_harness.h"
 #include "tests/gpu/shader_checks.h"
@@ -53,7 +53,7 @@ double worst_relative(const std::vector<float>& values, const std::vector<float>
 
 TEST(BarycentricShader, AgreesWithTheProcessor) {
   SBRDF_MAKE_GL_CONTEXT(context, GlApi::kCore45);
-  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  const auto source = make_analytic_source(kurt_material("fabric112").value());
   const Barycentric barycentric(*source, paper_scheme("14").value());
   std::mt19937 random(4);
   std::vector<glm::vec3> i, v;
@@ -69,7 +69,7 @@ TEST(BarycentricShader, AgreesWithTheProcessor) {
 
 TEST(BarycentricShader, GivesBackWhatWasSampled) {
   SBRDF_MAKE_GL_CONTEXT(context, GlApi::kCore45);
-  const auto source = make_kurt_source(kurt_material("Yellow satin").value());
+  const auto source = make_analytic_source(kurt_material("Yellow satin").value());
   const Barycentric barycentric(*source, paper_scheme("14").value());
   std::vector<glm::vec3> i, v;
   std::vector<DirectionPair> pairs;
@@ -86,7 +86,7 @@ TEST(BarycentricShader, GivesBackWhatWasSampled) {
 }
 
 TEST(BarycentricShader, TakesTheBytesOfTable5) {
-  const auto source = make_kurt_source(kurt_material("wood01").value());
+  const auto source = make_analytic_source(kurt_material("wood01").value());
   EXPECT_EQ(Barycentric(*source, paper_scheme("14").value()).table_5_bytes(), 3'645'876U);  // 3.5 MB
 }
 

@@ -13,7 +13,7 @@
 #include "codec/atlas/bake.h"
 #include "codec/atlas/shader.h"
 #include "converters/files/atlas/make_atlas.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/scene/scene.h"
 #include "converters/scene/scene_reach.h"
 #include "converters/slicing/slicing.h"
@@ -132,7 +132,7 @@ TEST_P(ShaderOfScene, DrawsTheSamePictureAndShowsWhereACameraFromOutsideLooks) {
   half.structure = SearchedStructure{.frame = FrameId::kHalfDifference, .evaluations = 10};
   half.fit_values = false;
   for (const SliceOptions& options : {elevation, half}) {
-    const auto source = make_kurt_source(kurt_material("fabric112").value());
+    const auto source = make_analytic_source(kurt_material("fabric112").value());
     const DecodedSliced sliced = sliced_of(*source, options).value();
     AtlasOptions atlas_options;
     atlas_options.texel = TexelFormat::kRgb32f;

@@ -49,5 +49,21 @@ TEST(FitCommand, NamesWhatIsWrongAndWritesNothing) {
   EXPECT_TRUE(std::filesystem::exists(out));
 }
 
+TEST(FitCommand, FitsOtherModels) {
+  const ScratchFolder folder;
+  for (const std::string model : {"ward", "ggx"}) {
+    const std::string out = folder / (model + ".json");
+    const auto json = run_sbrdf({"fit", "kurt:Purple satin", out, "--model", model, "--starts", "6", "--json"}).json();
+    EXPECT_EQ(json["model"], model);
+    EXPECT_EQ(json["parameters"]["model"], model);
+    const auto info = run_sbrdf({"info", out, "--json"}).json();
+    EXPECT_EQ(info["format"], model);
+    const auto compared =
+        run_sbrdf({"compare", "kurt:Purple satin", out, "--directions", "highlight", "--count", "20000", "--json"})
+            .json();
+    EXPECT_NEAR(compared["rel_l1_percent"], json["rel_l1_percent"], 0.1 * json["rel_l1_percent"].get<double>());
+  }
+}
+
 }  // namespace
 }  // namespace sbrdf::internal

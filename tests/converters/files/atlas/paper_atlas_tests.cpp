@@ -7,7 +7,7 @@
 #include "converters/files/atlas/manifest.h"
 #include "converters/files/atlas/paper/make_paper.h"
 #include "converters/files/atlas/paper/paper_manifest.h"
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 #include "converters/slicing/slicing.h"
 
 namespace sbrdf::internal {
@@ -38,7 +38,7 @@ struct KurtCase {
 TEST(PaperAtlas, OfKurtMaterialsIsNearTheirSlices) {
   for (const auto& [name, mre, rel_l1] :
        {KurtCase{"wood01", 0.2, 0.2}, KurtCase{"fabric112", 0.5, 0.5}, KurtCase{"Brushed alum", 2, 18}}) {
-    const auto source = make_kurt_source(kurt_material(name).value());
+    const auto source = make_analytic_source(kurt_material(name).value());
     const DecodedSliced sliced = sliced_of(*source, {14, 36}, 8911);
     const Result<MadePaper> made =
         make_paper(sliced, *source, {.texel = TexelFormat::kRgb32f, .container = AtlasContainer::kExr});
@@ -51,7 +51,7 @@ TEST(PaperAtlas, OfKurtMaterialsIsNearTheirSlices) {
 }
 
 TEST(PaperAtlas, TakesHalfFloatsWhereTheyFitAndSaysWhereNot) {
-  const auto source = make_kurt_source(kurt_material("fabric112").value());
+  const auto source = make_analytic_source(kurt_material("fabric112").value());
   DecodedSliced sliced = sliced_of(*source, {28, 180}, 300);
   const AtlasOptions half = {.texel = TexelFormat::kRgba16f, .container = AtlasContainer::kKtx2};
   const AtlasOptions full = {.texel = TexelFormat::kRgb32f, .container = AtlasContainer::kDds};

@@ -1,4 +1,4 @@
-#include "converters/models/kurt_fit.h"
+#include "converters/models/analytic_fit.h"
 
 #include <fmt/format.h>
 
@@ -42,28 +42,45 @@ constexpr double kSame = 1.01;  // of the best rms: the same minimum
 
 constexpr Index kChannels = 3;
 // The root of k_s of R, G, B; log f_0, log m_x, log m_y; the root of alpha. What may be 0 is a square, since there a
-// logarithm would have to go on for ever.
+// logarithm would have to go on for ever. What a formula does not have stays where it is: its derivative is 0.
 constexpr Index kLobeParameters = 7;
 
 Index index_of(std::size_t k) { return static_cast<Index>(k); }
 
-/// What the formula takes of a pair (specs/kurt.md), and what the source has there.
+/// The squares of a direction's two slopes.
+struct Slopes {
+  double x;
+  double y;
+};
+
+/// What the formulae take of a pair (specs/kurt.md, specs/models.md), and what the source has there.
 struct Pair {
-  double slope_x;      ///< (tan theta_h cos phi_h)^2
-  double slope_y;      ///< (tan theta_h sin phi_h)^2
+  Slopes half;         ///< (tan theta_h cos phi_h)^2 and (tan theta_h sin phi_h)^2
   double common;       ///< 1 / (4 pi cos^4 theta_h (v.h))
   double log_cosines;  ///< of (l.n)(v.n)
   double fall;         ///< (1 - v.h)^5
+  double view_half;    ///< v.h
+  double cosines;      ///< (l.n)(v.n)
+  Slopes light, viewer;
   std::array<double, kChannels> f;
 };
+
+Slopes slopes_of(const glm::dvec3& w) { return {w.x * w.x / (w.z * w.z), w.y * w.y / (w.z * w.z)}; }
 
 Pair pair_of(const glm::dvec3& i, const glm::dvec3& v) {
   const glm::dvec3 h = glm::normalize(i + v);
   const double view_half = glm::dot(v, h);
   const double square = h.z * h.z;
   const double x = 1 - view_half;
-  return {h.x * h.x / square,  h.y * h.y / square, 1 / (4 * kPi * square * square * view_half),
-          std::log(i.z * v.z), x * x * x * x * x,  {}};
+  return {{h.x * h.x / square, h.y * h.y / square},
+          1 / (4 * kPi * square * square * view_half),
+          std::log(i.z * v.z),
+          x * x * x * x * x,
+          view_half,
+          i.z * v.z,
+          slopes_of(i),
+          slopes_of(v),
+          {}};
 }
 
 /// Of the pairs, in turn: anywhere, and where light and viewer mirror each other about a half vector near the normal.
@@ -139,29 +156,63 @@ class Scale {
 
 double bounded_exp(double logarithm) { return std::exp(std::clamp(logarithm, -kMostExponent, kMostExponent)); }
 
-double bounded_square(double root) { return std::min(root * root, kKurtLargest); }
+double bounded_square(double root) { return std::min(root * root, kParameterLargest); }
 
-/// A lobe as the formula takes it, from its parameters.
+/// What stands behind k_s and Fresnel's term, and its relative derivatives by log m_x, log m_y and alpha.
+struct Shape {
+  double value;
+  double by_x;
+  double by_y;
+  double by_alpha;
+};
+
+/// A lobe as its formula takes it, from its parameters.
 struct Lobe {
-  explicit Lobe(const double* p)
-      : k_s{bounded_square(p[0]), bounded_square(p[1]), bounded_square(p[2])},
+  Lobe(LobeKind of, const double* p)
+      : kind(of),
+        k_s{bounded_square(p[0]), bounded_square(p[1]), bounded_square(p[2])},
         f_0(bounded_exp(p[3])),
         square_x(std::pow(bounded_exp(p[4]), 2)),
         square_y(std::pow(bounded_exp(p[5]), 2)),
-        alpha(std::min(p[6] * p[6], kKurtLargestAlpha)) {}
+        alpha(std::min(p[6] * p[6], kLargestAlpha)) {}
 
-  /// F D / (4 (v.h) ((l.n)(v.n))^alpha) but for F.
-  [[nodiscard]] double without_fresnel(const Pair& pair) const {
-    const double exponent = -pair.slope_x / square_x - pair.slope_y / square_y - alpha * pair.log_cosines;
-    return pair.common * std::exp(exponent) / std::sqrt(square_x * square_y);
+  [[nodiscard]] Shape shape(const Pair& pair) const {
+    if (kind == LobeKind::kGgx) return ggx_shape(pair);
+    const double x = pair.half.x / square_x;
+    const double y = pair.half.y / square_y;
+    const double common = pair.common / std::sqrt(square_x * square_y);
+    if (kind == LobeKind::kWard) return {common / pair.view_half * std::exp(-x - y), 2 * x - 1, 2 * y - 1, 0};
+    return {common * std::exp(-x - y - alpha * pair.log_cosines), 2 * x - 1, 2 * y - 1, -pair.log_cosines};
   }
-  [[nodiscard]] double fresnel(const Pair& pair) const { return f_0 + (1 - f_0) * pair.fall; }
+  [[nodiscard]] double fresnel(const Pair& pair) const {
+    return kind == LobeKind::kWard ? 1 : f_0 + (1 - f_0) * pair.fall;
+  }
+  /// By log f_0.
+  [[nodiscard]] double fresnel_slope(const Pair& pair) const {
+    return kind == LobeKind::kWard ? 0 : f_0 * (1 - pair.fall);
+  }
 
+  LobeKind kind;
   std::array<double, kChannels> k_s;
   double f_0;
   double square_x;
   double square_y;
   double alpha;
+
+ private:
+  [[nodiscard]] Shape ggx_shape(const Pair& pair) const {
+    const double x = pair.half.x / square_x;
+    const double y = pair.half.y / square_y;
+    const double spread = 1 + x + y;
+    const double light = std::sqrt(1 + pair.light.x * square_x + pair.light.y * square_y);
+    const double viewer = std::sqrt(1 + pair.viewer.x * square_x + pair.viewer.y * square_y);
+    const double masking = 2 / (light + viewer);
+    const double value =
+        pair.common * pair.view_half * masking / (spread * spread * pair.cosines * std::sqrt(square_x * square_y));
+    const double masked_x = masking / 2 * square_x * (pair.light.x / light + pair.viewer.x / viewer);
+    const double masked_y = masking / 2 * square_y * (pair.light.y / light + pair.viewer.y / viewer);
+    return {value, 4 * x / spread - 1 - masked_x, 4 * y / spread - 1 - masked_y, 0};
+  }
 };
 
 /// Differences in the metric and their derivatives by the parameters, as Eigen's minimiser asks for them. Parameters:
@@ -175,8 +226,8 @@ class Differences {
   [[maybe_unused]] static constexpr int InputsAtCompileTime = Eigen::Dynamic;  // NOLINT: names that Eigen asks for
   [[maybe_unused]] static constexpr int ValuesAtCompileTime = Eigen::Dynamic;  // NOLINT
 
-  Differences(std::span<const Pair> pairs, std::size_t lobes, const Scale& scale)
-      : pairs_(pairs), lobes_(lobes), scale_(scale) {}
+  Differences(std::span<const Pair> pairs, const AnalyticFitOptions& options, const Scale& scale)
+      : pairs_(pairs), kind_(options.kind), lobes_(options.lobes), scale_(scale) {}
 
   [[nodiscard]] int inputs() const { return static_cast<int>(kChannels + index_of(lobes_) * kLobeParameters); }
   [[nodiscard]] int values() const { return static_cast<int>(kChannels * index_of(pairs_.size())); }
@@ -186,7 +237,7 @@ class Differences {
     for (std::size_t n = 0; n < pairs_.size(); ++n) {
       std::array<double, kChannels> f = diffuse(p);
       for (const Lobe& lobe : lobes) {
-        const double s = lobe.without_fresnel(pairs_[n]) * lobe.fresnel(pairs_[n]);
+        const double s = lobe.shape(pairs_[n]).value * lobe.fresnel(pairs_[n]);
         for (std::size_t c = 0; c < f.size(); ++c) f[c] += lobe.k_s[c] * s;
       }
       for (std::size_t c = 0; c < f.size(); ++c) {
@@ -206,17 +257,17 @@ class Differences {
       for (std::size_t l = 0; l < lobes.size(); ++l) {
         const Lobe& lobe = lobes[l];
         const Index first = kChannels + index_of(l) * kLobeParameters;
-        const double base = lobe.without_fresnel(pair);
-        const double s = base * lobe.fresnel(pair);
+        const Shape shape = lobe.shape(pair);
+        const double s = shape.value * lobe.fresnel(pair);
         const double root = p[first + 6];
         for (std::size_t c = 0; c < f.size(); ++c) {
           const double value = lobe.k_s[c] * s;
           f[c] += value;
           slopes(row(n, c), first + index_of(c)) = 2 * p[first + index_of(c)] * s;
-          slopes(row(n, c), first + 3) = lobe.k_s[c] * base * lobe.f_0 * (1 - pair.fall);
-          slopes(row(n, c), first + 4) = value * (2 * pair.slope_x / lobe.square_x - 1);
-          slopes(row(n, c), first + 5) = value * (2 * pair.slope_y / lobe.square_y - 1);
-          slopes(row(n, c), first + 6) = -value * pair.log_cosines * 2 * root;
+          slopes(row(n, c), first + 3) = lobe.k_s[c] * shape.value * lobe.fresnel_slope(pair);
+          slopes(row(n, c), first + 4) = value * shape.by_x;
+          slopes(row(n, c), first + 5) = value * shape.by_y;
+          slopes(row(n, c), first + 6) = value * shape.by_alpha * 2 * root;
         }
       }
       for (std::size_t c = 0; c < f.size(); ++c) slopes.row(row(n, c)) *= scale_.slope(f[c], c);
@@ -227,7 +278,7 @@ class Differences {
   [[nodiscard]] std::vector<Lobe> lobes_of(const VectorXd& p) const {
     std::vector<Lobe> lobes;
     for (std::size_t l = 0; l < lobes_; ++l) {
-      lobes.emplace_back(p.data() + kChannels + index_of(l) * kLobeParameters);
+      lobes.emplace_back(kind_, p.data() + kChannels + index_of(l) * kLobeParameters);
     }
     return lobes;
   }
@@ -239,6 +290,7 @@ class Differences {
   static Index row(std::size_t pair, std::size_t channel) { return kChannels * index_of(pair) + index_of(channel); }
 
   std::span<const Pair> pairs_;
+  LobeKind kind_;
   std::size_t lobes_;
   const Scale& scale_;
 };
@@ -255,8 +307,10 @@ double spread(std::uint64_t index, std::uint64_t prime) {
 }
 
 /// Roughness of every lobe, and the weights that fit best with it.
-VectorXd start_at(std::uint64_t number, std::span<const Pair> pairs, std::size_t lobes, const Scale& scale) {
+VectorXd start_at(std::uint64_t number, std::span<const Pair> pairs, const AnalyticFitOptions& options,
+                  const Scale& scale) {
   static constexpr std::array<std::uint64_t, 2 * kMostFitLobes> kPrimes = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+  const std::size_t lobes = options.lobes;
   VectorXd p = VectorXd::Zero(kChannels + index_of(lobes) * kLobeParameters);
   for (std::size_t l = 0; l < lobes; ++l) {
     double* lobe = p.data() + kChannels + index_of(l) * kLobeParameters;
@@ -269,7 +323,7 @@ VectorXd start_at(std::uint64_t number, std::span<const Pair> pairs, std::size_t
     lobe[5] = roughness(1);
     lobe[6] = 0.5;
   }
-  const Differences shape(pairs, lobes, scale);
+  const Differences shape(pairs, options, scale);
   const std::vector<Lobe> made = shape.lobes_of(p);
   const Index terms = 1 + index_of(lobes);
   for (std::size_t c = 0; c < kChannels; ++c) {
@@ -281,7 +335,7 @@ VectorXd start_at(std::uint64_t number, std::span<const Pair> pairs, std::size_t
       VectorXd row(terms);
       row[0] = weight / kPi;
       for (std::size_t l = 0; l < lobes; ++l) {
-        row[1 + index_of(l)] = weight * made[l].without_fresnel(pair) * made[l].fresnel(pair);
+        row[1 + index_of(l)] = weight * made[l].shape(pair).value * made[l].fresnel(pair);
       }
       normal += row * row.transpose();
       right += weight * pair.f[c] * row;
@@ -312,21 +366,25 @@ Candidate improved(VectorXd p, const Differences& differences, int evaluations) 
   return {std::move(p), std::isfinite(rms) ? rms : std::numeric_limits<double>::max()};
 }
 
-KurtModel model_of(const VectorXd& p, std::size_t lobes) {
-  KurtModel model;
+AnalyticModel model_of(const VectorXd& p, const Differences& differences, LobeKind kind) {
+  AnalyticModel model;
+  model.kind = kind;
   for (std::size_t c = 0; c < model.k_d.size(); ++c) model.k_d[c] = bounded_square(p[index_of(c)]);
-  for (std::size_t l = 0; l < lobes; ++l) {
-    const Lobe lobe(p.data() + kChannels + index_of(l) * kLobeParameters);
-    model.lobes.push_back({lobe.k_s, lobe.f_0, std::sqrt(lobe.square_x), std::sqrt(lobe.square_y), lobe.alpha});
+  for (const Lobe& lobe : differences.lobes_of(p)) {
+    AnalyticLobe one = {lobe.k_s, lobe.f_0, std::sqrt(lobe.square_x), std::sqrt(lobe.square_y), lobe.alpha};
+    if (kind != LobeKind::kKurt) one.alpha = 0;
+    if (kind == LobeKind::kWard) one.f_0 = 1;
+    model.lobes.push_back(one);
   }
   std::sort(model.lobes.begin(), model.lobes.end(),
-            [](const KurtLobe& a, const KurtLobe& b) { return a.m_x * a.m_y > b.m_x * b.m_y; });
+            [](const AnalyticLobe& a, const AnalyticLobe& b) { return a.m_x * a.m_y > b.m_x * b.m_y; });
   return model;
 }
 
 }  // namespace
 
-Result<KurtFit> fit_kurt(const BrdfSource& source, const KurtFitOptions& options, const Progress& progress) {
+Result<AnalyticFit> fit_analytic(const BrdfSource& source, const AnalyticFitOptions& options,
+                                 const Progress& progress) {
   const std::size_t channels = source.channel_count();
   if (channels != 1 && channels != 3) {
     return unsupported(fmt::format("the model has three channels, and this material has {}", channels));
@@ -338,13 +396,13 @@ Result<KurtFit> fit_kurt(const BrdfSource& source, const KurtFitOptions& options
   }
   const Scale scale(options.metric, pairs);
   const std::span<const Pair> few = std::span(pairs).first(std::min(kTrialPairs, pairs.size()));
-  const Differences trial(few, options.lobes, scale);
-  const Differences whole(pairs, options.lobes, scale);
+  const Differences trial(few, options, scale);
+  const Differences whole(pairs, options, scale);
   ProgressCounter counter(progress, 2 * options.starts);
   std::vector<Candidate> candidates(options.starts);
   parallel_for(options.starts, [&](std::uint64_t k) {
     if (counter.stopped()) return;
-    candidates[k] = improved(start_at(k, few, options.lobes, scale), trial, kTrialEvaluations);
+    candidates[k] = improved(start_at(k, few, options, scale), trial, kTrialEvaluations);
     counter.advance();
   });
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -358,8 +416,8 @@ Result<KurtFit> fit_kurt(const BrdfSource& source, const KurtFitOptions& options
   if (counter.stopped()) return interrupted_error();
   const auto best = std::min_element(candidates.begin(), candidates.end(),
                                      [](const Candidate& a, const Candidate& b) { return a.rms < b.rms; });
-  KurtFit fit;
-  fit.model = model_of(best->p, options.lobes);
+  AnalyticFit fit;
+  fit.model = model_of(best->p, whole, options.kind);
   fit.rms = best->rms;
   fit.pairs = pairs.size();
   fit.finished = candidates.size();

@@ -3,12 +3,14 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <span>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 
 namespace sbrdf::internal {
 
@@ -19,8 +21,8 @@ using Triple = std::array<double, 3>;
 
 // Both lobes of a material of Table 2 share k_s.
 // clang-format off
-const std::array<KurtModel, 10>& table_2() {
-  static const std::array<KurtModel, 10> kMaterials = {{
+const std::array<AnalyticModel, 10>& table_2() {
+  static const std::array<AnalyticModel, 10> kMaterials = {{
       {"Brushed alum", {0.0036, 0.0034, 0.0026}, {{{0.0115, 0.0105, 0.0075}, 0.999, 0.035, 0.129, 0.005}}},
       {"Purple satin", {0.0026, 0.0004, 0.0011}, {{{0.1404, 0.0522, 0.0711}, 0.055, 0.339, 1.256, 0}}},
       {"Red velvet", {0.0048, 0.0005, 0}, {{{0.1938, 0.0333, 0.0267}, 0.041, 2.337, 2.644, 0}}},
@@ -57,19 +59,51 @@ std::optional<Error> range_error(const std::string& path, double value, double l
 
 std::optional<Error> range_error(const std::string& path, const Triple& values) {
   for (std::size_t c = 0; c < values.size(); ++c) {
-    if (auto error = range_error(fmt::format("{}[{}]", path, c), values[c], 0, kKurtLargest)) return error;
+    if (auto error = range_error(fmt::format("{}[{}]", path, c), values[c], 0, kParameterLargest)) return error;
   }
   return {};
 }
 
+/// Beside k_s, as they stand in files.
+struct ShapeMember {
+  std::string_view name;
+  double AnalyticLobe::*member;
+  double least, most;
+};
+
+/// Of each kind, in the order in which they are written.
+std::span<const ShapeMember> shape_members(LobeKind kind) {
+  constexpr double kLeast = 1 / kParameterLargest;
+  static constexpr std::array<ShapeMember, 4> kKurt = {{{"f_0", &AnalyticLobe::f_0, 0, kParameterLargest},
+                                                        {"m_x", &AnalyticLobe::m_x, kLeast, kParameterLargest},
+                                                        {"m_y", &AnalyticLobe::m_y, kLeast, kParameterLargest},
+                                                        {"alpha", &AnalyticLobe::alpha, 0, kLargestAlpha}}};
+  static constexpr std::array<ShapeMember, 3> kGgx = {{{"f_0", &AnalyticLobe::f_0, 0, kParameterLargest},
+                                                       {"alpha_x", &AnalyticLobe::m_x, kLeast, kParameterLargest},
+                                                       {"alpha_y", &AnalyticLobe::m_y, kLeast, kParameterLargest}}};
+  if (kind == LobeKind::kKurt) return kKurt;
+  return std::span(kGgx).subspan(kind == LobeKind::kWard ? 1 : 0);
+}
+
 /// Reads the members of objects. The first complaint sticks.
-class KurtReader {
+class AnalyticReader {
  public:
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
 
-  KurtModel model(const Json& json) {
-    KurtModel out;
-    if (!has_keys(json, "", {"name", "k_d", "lobes"})) return out;
+  AnalyticModel model(const Json& json) {
+    AnalyticModel out;
+    std::set<std::string> keys = {"name", "k_d", "lobes"};
+    if (json.is_object() && json.contains("model")) {
+      keys.insert("model");
+      const auto kind = json["model"].is_string() ? value_of(kLobeKindNames, json["model"].get<std::string>())
+                                                  : std::optional<LobeKind>();
+      if (!kind) {
+        complain("model must be \"kurt\", \"ward\" or \"ggx\"");
+        return out;
+      }
+      out.kind = *kind;
+    }
+    if (!has_keys(json, "", keys)) return out;
     const Json& name = json["name"];
     if (name.is_string()) {
       out.name = name.get<std::string>();
@@ -85,20 +119,22 @@ class KurtReader {
     const Json& lobes = json["lobes"];
     if (!lobes.is_array()) complain("lobes must be an array");
     for (std::size_t n = 0; n < lobes.size() && !error_; ++n) {
-      out.lobes.push_back(lobe(lobes[n], fmt::format("lobes[{}]", n)));
+      out.lobes.push_back(lobe(lobes[n], fmt::format("lobes[{}]", n), out.kind));
     }
     return out;
   }
 
  private:
-  KurtLobe lobe(const Json& json, const std::string& path) {
-    KurtLobe out;
-    if (!has_keys(json, path, {"k_s", "f_0", "m_x", "m_y", "alpha"})) return out;
+  AnalyticLobe lobe(const Json& json, const std::string& path, LobeKind kind) {
+    AnalyticLobe out;
+    std::set<std::string> keys = {"k_s"};
+    for (const ShapeMember& shape : shape_members(kind)) keys.emplace(shape.name);
+    if (!has_keys(json, path, keys)) return out;
     out.k_s = triple(json["k_s"], path + ".k_s");
-    out.f_0 = number(json["f_0"], path + ".f_0");
-    out.m_x = number(json["m_x"], path + ".m_x");
-    out.m_y = number(json["m_y"], path + ".m_y");
-    out.alpha = number(json["alpha"], path + ".alpha");
+    for (const ShapeMember& shape : shape_members(kind)) {
+      const std::string name(shape.name);
+      out.*shape.member = number(json[name], fmt::format("{}.{}", path, name));
+    }
     return out;
   }
 
@@ -133,7 +169,7 @@ class KurtReader {
   }
 
   void complain(const std::string& message) {
-    if (!error_) error_ = invalid_file("Kurt parameters: " + message);
+    if (!error_) error_ = invalid_file("parameters of a model: " + message);
   }
 
   std::optional<Error> error_;
@@ -165,40 +201,42 @@ Error syntax_error(const Json::parse_error& error) {
   if (const auto start = what.find(": "); start != std::string::npos) what = what.substr(start + 2);
   const std::optional<std::uint64_t> offset =
       error.byte > 0 ? std::optional<std::uint64_t>(error.byte - 1) : std::nullopt;
-  return invalid_file("Kurt parameters: no valid JSON: " + what, offset);
+  return invalid_file("parameters of a model: no valid JSON: " + what, offset);
 }
 
 }  // namespace
 
 std::vector<std::string> kurt_material_names() {
   std::vector<std::string> names;
-  for (const KurtModel& material : table_2()) names.push_back(material.name);
+  for (const AnalyticModel& material : table_2()) names.push_back(material.name);
   return names;
 }
 
-Result<KurtModel> kurt_material(std::string_view name) {
-  for (const KurtModel& material : table_2()) {
+Result<AnalyticModel> kurt_material(std::string_view name) {
+  for (const AnalyticModel& material : table_2()) {
     if (folded(material.name) == folded(name)) return material;
   }
   return usage_error(
       fmt::format("there is no Kurt material \"{}\"; there are {}", name, fmt::join(kurt_material_names(), ", ")));
 }
 
-Status check_kurt_model(const KurtModel& model) {
+Status check_analytic(const AnalyticModel& model) {
   if (auto error = range_error("k_d", model.k_d)) return *error;
   for (std::size_t n = 0; n < model.lobes.size(); ++n) {
-    const KurtLobe& lobe = model.lobes[n];
+    const AnalyticLobe& lobe = model.lobes[n];
     const std::string path = fmt::format("lobes[{}].", n);
     if (auto error = range_error(path + "k_s", lobe.k_s)) return *error;
-    if (auto error = range_error(path + "f_0", lobe.f_0, 0, kKurtLargest)) return *error;
-    if (auto error = range_error(path + "m_x", lobe.m_x, 1 / kKurtLargest, kKurtLargest)) return *error;
-    if (auto error = range_error(path + "m_y", lobe.m_y, 1 / kKurtLargest, kKurtLargest)) return *error;
-    if (auto error = range_error(path + "alpha", lobe.alpha, 0, kKurtLargestAlpha)) return *error;
+    for (const ShapeMember& shape : shape_members(model.kind)) {
+      if (auto error =
+              range_error(fmt::format("{}{}", path, shape.name), lobe.*shape.member, shape.least, shape.most)) {
+        return *error;
+      }
+    }
   }
   return ok_status();
 }
 
-Result<KurtModel> parse_kurt_json(std::string_view text) {
+Result<AnalyticModel> parse_analytic_json(std::string_view text) {
   RepeatedKeys repeated_keys;
   Json json;
   try {
@@ -207,25 +245,31 @@ Result<KurtModel> parse_kurt_json(std::string_view text) {
   } catch (const Json::parse_error& error) {
     return syntax_error(error);
   } catch (const Json::exception&) {
-    return invalid_file("Kurt parameters: a number is beyond the range of double");
+    return invalid_file("parameters of a model: a number is beyond the range of double");
   }
   if (!repeated_keys.repeated.empty()) {
-    return invalid_file("Kurt parameters: key " + repeated_keys.repeated + " is repeated");
+    return invalid_file("parameters of a model: key " + repeated_keys.repeated + " is repeated");
   }
-  KurtReader reader;
-  KurtModel model = reader.model(json);
+  AnalyticReader reader;
+  AnalyticModel model = reader.model(json);
   if (reader.error()) return *reader.error();
-  if (const Status status = check_kurt_model(model); !status.ok()) {
-    return invalid_file("Kurt parameters: " + status.error().message);
+  if (const Status status = check_analytic(model); !status.ok()) {
+    return invalid_file("parameters of a model: " + status.error().message);
   }
   return model;
 }
 
-std::string emit_kurt_json(const KurtModel& model) {
-  nlohmann::ordered_json json = {{"name", model.name}, {"k_d", model.k_d}, {"lobes", nlohmann::ordered_json::array()}};
-  for (const KurtLobe& lobe : model.lobes) {
-    json["lobes"].push_back(
-        {{"k_s", lobe.k_s}, {"f_0", lobe.f_0}, {"m_x", lobe.m_x}, {"m_y", lobe.m_y}, {"alpha", lobe.alpha}});
+std::string emit_analytic_json(const AnalyticModel& model) {
+  nlohmann::ordered_json json;
+  // Files of Kurt's model are older than the member.
+  if (model.kind != LobeKind::kKurt) json["model"] = name_of(kLobeKindNames, model.kind);
+  json["name"] = model.name;
+  json["k_d"] = model.k_d;
+  json["lobes"] = nlohmann::ordered_json::array();
+  for (const AnalyticLobe& lobe : model.lobes) {
+    nlohmann::ordered_json one = {{"k_s", lobe.k_s}};
+    for (const ShapeMember& shape : shape_members(model.kind)) one[std::string(shape.name)] = lobe.*shape.member;
+    json["lobes"].push_back(std::move(one));
   }
   return json.dump(1) + "\n";
 }

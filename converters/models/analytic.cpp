@@ -1,4 +1,4 @@
-#include "converters/models/kurt.h"
+#include "converters/models/analytic.h"
 
 #include <algorithm>
 #include <cassert>
@@ -23,6 +23,8 @@ struct Lobe {
   double sharpness_x;  ///< 1 / m_x^2
   double sharpness_y;
   double alpha;
+  double square_x;  ///< m_x^2
+  double square_y;
 };
 
 /// i and v after the step back from the horizon, as every lobe needs them.
@@ -34,13 +36,13 @@ struct Geometry {
 };
 
 glm::dvec3 stepped_back(const Direction& w) {
-  return vector_from_direction({std::min(w.theta, kPi / 2 - kKurtGrazing), w.phi});
+  return vector_from_direction({std::min(w.theta, kPi / 2 - kAnalyticGrazing), w.phi});
 }
 
 /// Of a vector of any length above the horizon, normalised.
 glm::dvec3 stepped_back(const glm::dvec3& w) {
-  static const double least_z = std::sin(kKurtGrazing);
-  static const double most_radius = std::cos(kKurtGrazing);
+  static const double least_z = std::sin(kAnalyticGrazing);
+  static const double most_radius = std::cos(kAnalyticGrazing);
   const double square = w.x * w.x + w.y * w.y;
   const double length = std::sqrt(square + w.z * w.z);
   if (w.z >= least_z * length) return w / length;
@@ -55,24 +57,52 @@ Geometry geometry_of(const glm::dvec3& i, const glm::dvec3& v) {
   return {sum, i.z * v.z, square_z, sum.x * sum.x + sum.y * sum.y + square_z};
 }
 
-class KurtSource final : public BrdfSource {
+/// What all lobes take of a pair.
+struct Terms {
+  double fall;    ///< (1 - v.h)^5
+  double common;  ///< 1 / (cos^4 theta_h (v.h))
+  double view_half;
+  double log_cosines;  ///< where a lobe needs it
+};
+
+/// A lobe's value but for its weight: a formula for each kind.
+template <LobeKind kind>
+double strength_of(const Lobe& lobe, const Geometry& g, const Terms& terms, const glm::dvec3& i, const glm::dvec3& v) {
+  const double slope = (g.sum.x * g.sum.x * lobe.sharpness_x + g.sum.y * g.sum.y * lobe.sharpness_y) / g.square_z;
+  if constexpr (kind == LobeKind::kWard) return terms.common / terms.view_half * std::exp(-slope);
+  const double fresnel = lobe.f_0 + (1 - lobe.f_0) * terms.fall;
+  if constexpr (kind == LobeKind::kKurt) {
+    // Beckmann's exponential and the power of the cosines in one exp.
+    return terms.common * fresnel * std::exp(-slope - lobe.alpha * terms.log_cosines);
+  }
+  const auto root = [&](const glm::dvec3& w) {
+    return std::sqrt(1 + (w.x * w.x * lobe.square_x + w.y * w.y * lobe.square_y) / (w.z * w.z));
+  };
+  const double masking = 2 / (root(i) + root(v));
+  return terms.common * terms.view_half * fresnel * masking / ((1 + slope) * (1 + slope) * g.cosines);
+}
+
+template <LobeKind kind>
+class AnalyticSource final : public BrdfSource {
  public:
-  explicit KurtSource(const KurtModel& model) {
+  explicit AnalyticSource(const AnalyticModel& model) {
     for (std::size_t c = 0; c < diffuse_.size(); ++c) diffuse_[c] = model.k_d[c] / kPi;
     bool isotropic = true;
-    for (const KurtLobe& lobe : model.lobes) {
+    for (const AnalyticLobe& lobe : model.lobes) {
       const double scale = 1 / (4 * kPi * lobe.m_x * lobe.m_y);
       lobes_.push_back({{lobe.k_s[0] * scale, lobe.k_s[1] * scale, lobe.k_s[2] * scale},
                         lobe.f_0,
                         1 / (lobe.m_x * lobe.m_x),
                         1 / (lobe.m_y * lobe.m_y),
-                        lobe.alpha});
+                        lobe.alpha,
+                        lobe.m_x * lobe.m_x,
+                        lobe.m_y * lobe.m_y});
       isotropic = isotropic && lobe.m_x == lobe.m_y;
-      needs_log_ = needs_log_ || lobe.alpha > 0;
+      needs_log_ = needs_log_ || (kind == LobeKind::kKurt && lobe.alpha > 0);
     }
-    traits_.format = "kurt";
-    traits_.description =
-        fmt::format("Kurt model {}, {} lobe{}", model.name, lobes_.size(), lobes_.size() == 1 ? "" : "s");
+    traits_.format = name_of(kLobeKindNames, kind);
+    traits_.description = fmt::format("{} model {}, {} lobe{}", kNames.at(static_cast<std::size_t>(kind)), model.name,
+                                      lobes_.size(), lobes_.size() == 1 ? "" : "s");
     traits_.channels = {"R", "G", "B"};
     traits_.isotropic = isotropic;
     traits_.reciprocal = true;
@@ -115,16 +145,15 @@ class KurtSource final : public BrdfSource {
     const double fall = x * x * x * x * x;
     const double log_cosines = needs_log_ ? std::log(g.cosines) : 0;
     const double square_cosine = g.square_z / g.square_sum;  // of theta_h
-    const double common = 1 / (square_cosine * square_cosine * view_half);
+    const Terms terms = {fall, 1 / (square_cosine * square_cosine * view_half), view_half, log_cosines};
     for (const Lobe& lobe : lobes_) {
-      // Beckmann's exponential and the power of the cosines in one exp.
-      const double slope = (g.sum.x * g.sum.x * lobe.sharpness_x + g.sum.y * g.sum.y * lobe.sharpness_y) / g.square_z;
-      const double fresnel = lobe.f_0 + (1 - lobe.f_0) * fall;
-      const double strength = common * fresnel * std::exp(-slope - lobe.alpha * log_cosines);
+      const double strength = strength_of<kind>(lobe, g, terms, i, v);
       for (std::size_t c = 0; c < f_r.size(); ++c) f_r[c] += lobe.weight[c] * strength;
     }
     return f_r;
   }
+
+  static constexpr std::array<std::string_view, kLobeKindNames.size()> kNames = {"Kurt", "Ward", "GGX"};
 
   Colour diffuse_{};
   std::vector<Lobe> lobes_;
@@ -134,9 +163,13 @@ class KurtSource final : public BrdfSource {
 
 }  // namespace
 
-std::unique_ptr<BrdfSource> make_kurt_source(const KurtModel& model) {
-  assert(check_kurt_model(model).ok());
-  return std::make_unique<KurtSource>(model);
+std::size_t shape_count(LobeKind kind) { return kind == LobeKind::kKurt ? 4 : kind == LobeKind::kWard ? 2 : 3; }
+
+std::unique_ptr<BrdfSource> make_analytic_source(const AnalyticModel& model) {
+  assert(check_analytic(model).ok());
+  if (model.kind == LobeKind::kWard) return std::make_unique<AnalyticSource<LobeKind::kWard>>(model);
+  if (model.kind == LobeKind::kGgx) return std::make_unique<AnalyticSource<LobeKind::kGgx>>(model);
+  return std::make_unique<AnalyticSource<LobeKind::kKurt>>(model);
 }
 
 }  // namespace sbrdf::internal
