@@ -45,6 +45,7 @@ int run_command(int argc, char** argv) {
   sbrdf::internal::add_pack(program, exit_code);
   sbrdf::internal::add_verify(program, exit_code);
   sbrdf::internal::add_audit(program, exit_code);
+  sbrdf::internal::add_codings(program, exit_code);
   sbrdf::internal::add_atlas(program, exit_code);
   sbrdf::internal::add_stress(program, exit_code);
   sbrdf::internal::add_bench(program, exit_code);

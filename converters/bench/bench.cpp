@@ -5,6 +5,8 @@
 #include <memory>
 #include <utility>
 
+#include "converters/judge/heap.h"
+
 namespace sbrdf::internal {
 namespace {
 

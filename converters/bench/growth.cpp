@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "converters/bench/bench.h"
+#include "converters/judge/heap.h"
 #include "formats/core/parallel.h"
 
 namespace sbrdf::internal {

@@ -3,8 +3,6 @@
 #include <benchmark/benchmark.h>
 #include <hwy/highway.h>
 #include <hwy/targets.h>
-#include <malloc.h>
-
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -111,15 +109,6 @@ MemorySpeed measure_memory_speed(std::uint64_t least_bytes, const TimingOptions&
   const std::vector<double> seconds = median_seconds(works, options);
   const double gigabytes = 1e-9 * static_cast<double>(from.size() * sizeof(std::uint64_t));
   return {bytes, gigabytes / seconds[0], gigabytes / seconds[1]};
-}
-
-std::uint64_t heap_bytes() {
-#if defined(__GLIBC__) && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
-  const struct mallinfo2 heap = mallinfo2();
-  return heap.uordblks + heap.hblkhd;
-#else
-  return 0;
-#endif
 }
 
 std::string vector_target() {

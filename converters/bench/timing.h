@@ -39,9 +39,6 @@ struct TimingOptions {
 /// Arrays four times as large as the largest cache, and no smaller than `least_bytes`.
 [[nodiscard]] MemorySpeed measure_memory_speed(std::uint64_t least_bytes, const TimingOptions& options);
 
-/// Bytes on the heap now, all threads together; 0 where the C library does not tell.
-[[nodiscard]] std::uint64_t heap_bytes();
-
 /// The set of instructions that evaluation in vectors takes here, by Highway's name: "AVX3", "AVX2", "SSE4".
 [[nodiscard]] std::string vector_target();
 

@@ -56,6 +56,7 @@ ROOMS = {
         "baselines": ["source", "json"],
         "judge": ["source", "difference", "tables", "slicing"],
         "bench": ["source", "difference", "tables", "slicing", "files", "baselines", "judge"],
+        "audit": ["source", "difference", "models", "drawing", "tables", "slicing", "files", "baselines", "judge"],
         "paper": ["source", "difference", "models", "slicing", "files", "baselines", "judge"],
         "stress": ["source", "models", "slicing", "files", "judge"],
         "api": ["files"],
@@ -66,7 +67,8 @@ ROOMS = {
         "charts": ["console"],
         "conversion": ["console", "io"],
         "bench": ["console", "io", "charts"],
-        "commands": ["console", "io", "conversion", "bench"],
+        "audit": ["console", "io", "charts"],
+        "commands": ["console", "io", "conversion", "bench", "audit"],
     },
 }
 MOST_FILES = 15  # in one folder

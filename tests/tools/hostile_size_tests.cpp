@@ -36,7 +36,7 @@ const std::vector<std::vector<std::string>> kCommands = {
     {"convert", "MATERIAL", "OUT.sbrdf"},
     {"convert", "MATERIAL", "OUT.binary"},
     {"extract", "IN", "OUT.sbrdf", "--level", "1"},
-    {"audit", "MATERIAL"},
+    {"codings", "MATERIAL"},
 };
 
 /// By name, and made when they are first needed: that takes longer than most tests do.
@@ -130,7 +130,7 @@ TEST(MemoryLimitOption, LetsEveryCommandReadWhatItRefusedBefore) {
   const std::size_t at = refused.err.find(option) + option.size();
   const std::string limit = refused.err.substr(at, refused.err.find(' ', at) - at);
   for (std::vector<std::string> command : kCommands) {
-    if (command[0] == "audit" || command.back() == "OUT.binary") continue;
+    if (command[0] == "codings" || command.back() == "OUT.binary") continue;
     for (std::string& word : command) {
       if (word == "IN" || word == "MATERIAL") word = file;
       if (word.starts_with("OUT")) word = folder / word;

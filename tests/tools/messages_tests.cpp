@@ -30,7 +30,7 @@ std::vector<NumericOption> numeric_options(const ScratchFolder& folder) {
           {{"convert", "kurt:wood01", out, "--target-mre"}},
           {{"extract", "kurt:wood01", out, "--theta-max"}},
           {{"extract", "kurt:wood01", out, "--level"}, true},
-          {{"audit", "kurt:wood01", "--samples"}, true},
+          {{"codings", "kurt:wood01", "--samples"}, true},
           {{"stress", "--seed"}, true}};
 }
 
@@ -78,7 +78,7 @@ TEST(Links, ThatLeadNowhereAreCalledWhatTheyAre) {
                                              {"info", link, "--levels"},
                                              {"eval", link},
                                              {"verify", link},
-                                             {"audit", link},
+                                             {"codings", link},
                                              {"compare", link, "kurt:wood01"},
                                              {"compare", "kurt:wood01", link},
                                              {"convert", link, folder / "out.sbrdf"},

@@ -59,19 +59,19 @@ class Outputs : public testing::Test {
 TEST_F(Outputs, ReplaceNoInputAndNoBrdfOfAnotherKind) {
   const auto before = contents();
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {"audit", "@a.sbrdf", "--csv", "@a.sbrdf"},
-           {"audit", "@a.sbrdf", "--csv", "@link.csv"},
-           {"audit", "@a.sbrdf", "--csv", "@link_to_link.csv"},
-           {"audit", "@link.csv", "--csv", "@hard_link.csv"},
-           {"audit", "kurt:wood01", "@a.sbrdf", "--csv", "@materials/../a.sbrdf"},
-           {"audit", "@a.sbrdf", "--csv", "@other.sbrdf"},
-           {"audit", "@a.sbrdf", "--csv", "@a.binary"},
-           {"audit", "@a.sbrdf", "--csv", "@damaged.binary"},
-           {"audit", "@a.sbrdf", "--csv", "@all.sbrdfz"},
-           {"audit", "@a.sbrdf", "--csv", "@model.json"},
-           {"audit", "kurt:@model.json", "--csv", "@model.json"},
-           {"audit", "@all.sbrdfz:m", "--csv", "@all.sbrdfz"},
-           {"audit", "@all.sbrdfz:m", "--csv", "@bundle_link.sbrdf"},
+           {"codings", "@a.sbrdf", "--csv", "@a.sbrdf"},
+           {"codings", "@a.sbrdf", "--csv", "@link.csv"},
+           {"codings", "@a.sbrdf", "--csv", "@link_to_link.csv"},
+           {"codings", "@link.csv", "--csv", "@hard_link.csv"},
+           {"codings", "kurt:wood01", "@a.sbrdf", "--csv", "@materials/../a.sbrdf"},
+           {"codings", "@a.sbrdf", "--csv", "@other.sbrdf"},
+           {"codings", "@a.sbrdf", "--csv", "@a.binary"},
+           {"codings", "@a.sbrdf", "--csv", "@damaged.binary"},
+           {"codings", "@a.sbrdf", "--csv", "@all.sbrdfz"},
+           {"codings", "@a.sbrdf", "--csv", "@model.json"},
+           {"codings", "kurt:@model.json", "--csv", "@model.json"},
+           {"codings", "@all.sbrdfz:m", "--csv", "@all.sbrdfz"},
+           {"codings", "@all.sbrdfz:m", "--csv", "@bundle_link.sbrdf"},
            {"reproduce", "accuracy", "--csv", "@a.sbrdf"},
            {"reproduce", "placement", "--csv", "@a.binary"},
            {"convert", "@a.binary", "@table_link.sbrdf"},
@@ -98,8 +98,8 @@ TEST_F(Outputs, ReplaceFilesOfTheSameKindAlsoInputsAndOtherFiles) {
            {"convert", "@a.sbrdf", "@damaged.binary"},
            {"extract", "@other.sbrdf", "@other.sbrdf", "--level", "1"},
            {"pack", "@materials", "@all.sbrdfz"},
-           {"audit", "@a.sbrdf", "--csv", "@old.csv"},
-           {"audit", "@a.sbrdf", "--csv", "@new.csv"},
+           {"codings", "@a.sbrdf", "--csv", "@old.csv"},
+           {"codings", "@a.sbrdf", "--csv", "@new.csv"},
        }) {
     SCOPED_TRACE(testing::PrintToString(command));
     EXPECT_EQ(run_sbrdf(filled(command)).err, "");
@@ -118,7 +118,7 @@ TEST_F(Outputs, OfAMaterialInABundleAreThoseOfItsFile) {
                                              {"info", "kurt:wood01"},
                                              {"eval", "IN"},
                                              {"verify", "IN", "--json"},
-                                             {"audit", "IN", "--json"},
+                                             {"codings", "IN", "--json"},
                                              {"compare", "IN", "IN", "--random", "9", "--json"}}) {
     SCOPED_TRACE(testing::PrintToString(command));
     const auto with = [&](const std::string& in) {

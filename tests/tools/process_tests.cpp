@@ -70,7 +70,7 @@ std::vector<std::vector<std::string>> all_commands(const Workplace& place) {
       {"convert", place.in("in.sbrdf"), place.out("a.sbrdf")},
       {"extract", place.in("in.sbrdf"), place.out("b.sbrdf"), "--level", "2"},
       {"verify", place.in("in.sbrdf"), place.in("in.sbrdfz")},
-      {"audit", place.in("in.sbrdf"), "--csv", place.out("c.csv")},
+      {"codings", place.in("in.sbrdf"), "--csv", place.out("c.csv")},
       {"pack", place.in("materials"), place.out("d.sbrdfz")},
       {"pack", "--list", place.in("in.sbrdfz")},
       {"reproduce", "--help"},

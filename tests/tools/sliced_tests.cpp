@@ -282,11 +282,11 @@ TEST(Verify, ChecksEveryMaterialOfABundle) {
   expect_failure(run_sbrdf({"verify", bundle}), 3, bundle, "b: [SB-1-7]");
 }
 
-TEST(Audit, StatesSizesThatFilesHave) {
+TEST(Codings, StatesSizesThatFilesHave) {
   const ScratchFolder folder;
   const std::string file = sampled(folder, {"--precision", "lossless"});
-  const std::string csv = folder / "audit.csv";
-  const auto row = run_sbrdf({"audit", file, "--csv", csv, "--json"}).json()[0];
+  const std::string csv = folder / "codings.csv";
+  const auto row = run_sbrdf({"codings", file, "--csv", csv, "--json"}).json()[0];
   EXPECT_EQ(row["samples"], 2000);
   EXPECT_EQ(row["values"], 6000);
   EXPECT_EQ(row["lossless_bytes"], std::filesystem::file_size(file));
@@ -297,13 +297,13 @@ TEST(Audit, StatesSizesThatFilesHave) {
   EXPECT_LT(row["one_percent_bytes"], row["tenth_percent_bytes"]);
   EXPECT_LT(row["entropy_bytes"], row["stream_bytes"]);
   EXPECT_THAT(read_text(csv), HasSubstr("fabric112.sbrdf\",2000,6000,"));
-  EXPECT_THAT(run_sbrdf({"audit", "kurt:wood01", "--samples", "100", "--placement", "paper"}).out,
+  EXPECT_THAT(run_sbrdf({"codings", "kurt:wood01", "--samples", "100", "--placement", "paper"}).out,
               HasSubstr("kurt:wood01"));
 }
 
-TEST(Audit, FailsForWhatCannotBeRead) {
-  EXPECT_EQ(run_sbrdf({"audit", "kurt:no-such-material"}).exit_code, 1);
-  EXPECT_EQ(run_sbrdf({"audit"}).exit_code, 1);
+TEST(Codings, FailsForWhatCannotBeRead) {
+  EXPECT_EQ(run_sbrdf({"codings", "kurt:no-such-material"}).exit_code, 1);
+  EXPECT_EQ(run_sbrdf({"codings"}).exit_code, 1);
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ TEST_F(HostileText, InFilesReachesNoTerminal) {
       {"convert", file_, folder_ / "b.sbrdf"},
       {"extract", file_, folder_ / "c.sbrdf"},
       {"verify", file_},
-      {"audit", file_},
+      {"codings", file_},
   };
   for (std::vector<std::string> command : commands) {
     const ProgramRun table = run(command);
@@ -168,7 +168,7 @@ TEST_F(HostileText, InNamesOfFilesReachesNoTerminal) {
            {"convert", named, folder_ / (name + "/x.sbrdf")},
            {"convert", named, named + "." + name},
            {"extract", named, named + ".b.sbrdf"},
-           {"audit", named, "--csv", folder_ / (name + ".csv")},
+           {"codings", named, "--csv", folder_ / (name + ".csv")},
            {"pack", folder_.path(), bundle},
            {"pack", "--list", bundle},
            {"info", bundle + ":" + name},

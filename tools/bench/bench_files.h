@@ -2,11 +2,13 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "converters/bench/bench.h"
 #include "formats/core/result.h"
 #include "tools/bench/machine.h"
+#include "tools/io/report_folder.h"
 
 namespace sbrdf::internal {
 
@@ -22,20 +24,16 @@ struct BenchRun {
 /// The folder of a benchmark's files: bench.csv, growth.csv, bench.json, bench.md, and the charts.
 class BenchFolder {
  public:
-  explicit BenchFolder(std::string path) : path_(std::move(path)) {}
+  explicit BenchFolder(std::string path) : folder_(std::move(path), "machine") {}
 
-  /// Makes the folder if it is missing, and looks whether each file can be written there: for asking before long work.
-  /// `inputs` are what is read, as it was named: nothing of that is ever replaced. kIo and kUsage as check_output();
-  /// the message names the file.
+  /// As ReportFolder::prepare.
   [[nodiscard]] Status prepare(const std::vector<std::string>& materials, const std::vector<std::string>& inputs);
-  /// All files, each whole or not at all. interrupted_error() where a signal came before the last.
+  /// As ReportFolder::write.
   [[nodiscard]] Status write(const BenchReport& report, const BenchRun& run) const;
-  /// Takes a folder away that prepare() made and that is still empty.
-  void take_back() const;
+  void take_back() const { folder_.take_back(); }
 
  private:
-  std::string path_;
-  bool made_ = false;
+  ReportFolder folder_;
 };
 
 /// Everything of a run: what bench.json holds and `--json` prints.

@@ -1,14 +1,11 @@
 #include "tools/bench/figures.h"
 
 #include <array>
-#include <cmath>
-#include <cstdlib>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "tools/charts/log_axis.h"
-#include "tools/console/plain_text.h"
 
 namespace sbrdf::internal {
 namespace {
@@ -52,67 +49,16 @@ constexpr std::array kGrowthColumns = {
     Column<GrowthRow>{"resident_bytes", [](const GrowthRow& row) { return count_or_nothing(row.resident_bytes); }},
 };
 
-/// A cell of a CSV file.
-std::string cell(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : one_line(text)) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
-template <class Row>
-std::string csv_of(std::span<const Row> rows, std::span<const Column<Row>> columns, const std::string& machine) {
-  std::string csv;
-  for (const Column<Row>& column : columns) csv += std::string(column.key) + ",";
-  csv += "machine\n";
-  for (const Row& row : rows) {
-    for (const Column<Row>& column : columns) {
-      const Figure figure = column.of(row);
-      const bool is_name = std::holds_alternative<std::string>(figure);
-      csv += (is_name ? cell(figure_text(figure)) : figure_text(figure)) + ",";
-    }
-    csv += cell(machine) + "\n";
-  }
-  return csv;
-}
-
-template <class Row>
-Json json_of(std::span<const Row> rows, std::span<const Column<Row>> columns) {
-  Json list = Json::array();
-  for (const Row& row : rows) {
-    Json object = Json::object();
-    for (const Column<Row>& column : columns) object[std::string(column.key)] = figure_json(column.of(row));
-    list.push_back(std::move(object));
-  }
-  return list;
-}
-
 }  // namespace
 
 std::span<const Column<BenchRow>> bench_columns() { return kBenchColumns; }
 std::span<const Column<GrowthRow>> growth_columns() { return kGrowthColumns; }
 
-std::string figure_text(const Figure& figure) {
-  if (const auto* number = std::get_if<double>(&figure)) {
-    return std::isfinite(*number) ? fmt::format("{:.6g}", *number) : "";
-  }
-  if (const auto* count = std::get_if<std::uint64_t>(&figure)) return std::to_string(*count);
-  if (const auto* name = std::get_if<std::string>(&figure)) return *name;
-  return "";
-}
-
-Json figure_json(const Figure& figure) {
-  const std::string text = figure_text(figure);
-  if (std::holds_alternative<std::string>(figure)) return text;
-  if (text.empty()) return nullptr;
-  if (const auto* count = std::get_if<std::uint64_t>(&figure)) return *count;
-  return std::strtod(text.c_str(), nullptr);
-}
-
 std::string bench_csv(std::span<const BenchRow> rows, const std::string& machine) {
-  return csv_of(rows, bench_columns(), machine);
+  return csv_of(rows, bench_columns(), "machine", machine);
 }
 std::string growth_csv(std::span<const GrowthRow> rows, const std::string& machine) {
-  return csv_of(rows, growth_columns(), machine);
+  return csv_of(rows, growth_columns(), "machine", machine);
 }
 Json bench_json(std::span<const BenchRow> rows) { return json_of(rows, bench_columns()); }
 Json growth_json(std::span<const GrowthRow> rows) { return json_of(rows, growth_columns()); }

@@ -1,157 +1,226 @@
-#include <fmt/format.h>
-
-#include <cmath>
+#include <algorithm>
+#include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
-#include <string_view>
+#include <system_error>
 #include <vector>
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "converters/audit/audit.h"
 #include "converters/files/by_name.h"
-#include "converters/judge/storage_audit.h"
-#include "converters/slicing/slicing.h"
-#include "formats/os/files.h"
+#include "formats/os/interrupt.h"
+#include "tools/audit/audit_journal.h"
+#include "tools/audit/audit_report.h"
 #include "tools/commands/commands.h"
+#include "tools/console/format_options.h"
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/conversion/folder.h"
 #include "tools/io/outputs.h"
+#include "tools/io/report_folder.h"
 
 namespace sbrdf::internal {
 namespace {
 
-struct AuditOptions {
-  std::vector<std::string> sources;
-  std::uint64_t samples = kDefaultSampleCount;
-  std::string placement;
-  std::string csv;
-  MemoryLimit memory;
+constexpr double kLeastTarget = 0.01;
+constexpr double kMostTarget = 100;
+
+struct AuditCommand {
+  std::vector<std::string> inputs;
+  std::string out;
+  AuditSettings settings;
   bool json = false;
+  Options given;  ///< of reading
 };
 
-Result<StorageRow> audit(const std::string& name, const AuditOptions& options) {
-  const Result<OpenedSource> opened = open_source(name, within(options.memory));
-  if (!opened) return opened.error();
-  if (const DecodedSliced* content = opened->source->sliced()) {
-    return audit_storage(name, content->sliced, content->lattice);
-  }
-  SliceOptions slices;
-  slices.stop = SampleCount{options.samples};
-  slices.precision = 0;
-  if (options.placement == "paper") slices.structure = table_3_placement(options.samples);
-  ProgressBar bar(name);
-  const Result<Slicing> slicing = slice_source(*opened->source, slices, bar.progress());
-  if (!slicing) return slicing.error();
-  return audit_storage(name, slicing->sliced, slicing->lattice);
-}
-
-nlohmann::ordered_json as_json(const StorageRow& row) {
-  return {{"material", row.material},
-          {"samples", row.samples},
-          {"values", row.values},
-          {"raw_bytes", row.raw},
-          {"lossless_bytes", row.lossless},
-          {"tenth_percent_bytes", row.tenth_percent},
-          {"one_percent_bytes", row.one_percent},
-          {"bits_per_value", row.bits_per_value()},
-          {"baseline_bytes", row.baseline},
-          {"baseline_ratio", static_cast<double>(row.baseline) / static_cast<double>(row.tenth_percent)},
-          {"stream_bytes", row.stream},
-          {"entropy_bytes", row.entropy}};
-}
-
-// The last row of the table.
-StorageRow mean_of(const std::vector<StorageRow>& rows) {
-  StorageRow mean;
-  mean.material = "mean";
-  const auto average = [&](auto StorageRow::*member) {
-    double sum = 0;
-    for (const StorageRow& row : rows) sum += static_cast<double>(row.*member);
-    mean.*member = static_cast<std::remove_reference_t<decltype(mean.*member)>>(
-        std::llround(sum / static_cast<double>(rows.size())));
-  };
-  for (auto member :
-       {&StorageRow::samples, &StorageRow::values, &StorageRow::raw, &StorageRow::lossless, &StorageRow::tenth_percent,
-        &StorageRow::one_percent, &StorageRow::baseline, &StorageRow::stream}) {
-    average(member);
-  }
-  average(&StorageRow::entropy);
-  return mean;
-}
-
-void print_as_table(std::vector<StorageRow> rows) {
-  if (rows.size() > 1) rows.push_back(mean_of(rows));
-  Table table;
-  table.add(
-      {"material", "samples", "raw", "lossless", "0.1 %", "1 %", "bits/value", "baseline", "ratio", "entropy left"});
-  for (const StorageRow& row : rows) {
-    table.add({row.material, format_count(row.samples), format_count(row.raw), format_count(row.lossless),
-               format_count(row.tenth_percent), format_count(row.one_percent),
-               fmt::format("{:.2f}", row.bits_per_value()), format_count(row.baseline),
-               fmt::format("{:.2f} x", static_cast<double>(row.baseline) / static_cast<double>(row.tenth_percent)),
-               fmt::format("{:.1f} %", 100 * (1 - row.entropy / static_cast<double>(row.stream)))});
-  }
-  table.print();
-  print(
-      "Bytes. raw: float32 values and positions. lossless, 0.1 %, 1 %: .sbrdf files with everything in them. "
-      "bits/value,\n"
-      "baseline (logarithms quantised, differences, bytes shuffled, zstd -3), ratio: at 0.1 %. entropy left: what "
-      "ideal\n"
-      "coding of the same residuals in the same contexts would save of the coded samples.\n");
-}
-
-std::string in_quotes(std::string_view text) {
-  std::string field = "\"";
-  for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-  return field + "\"";
-}
-
-int run_audit(const AuditOptions& options) {
-  if (!options.csv.empty()) {
-    if (Status free = check_output(options.csv, nullptr, options.sources); !free) {
-      return report_error(options.csv, free.error());
+/// Of each input that is a folder, the files in it and below.
+Result<std::vector<std::string>> materials_of(const AuditCommand& command) {
+  std::vector<std::string> materials;
+  for (const std::string& input : command.inputs) {
+    std::error_code failed;
+    if (!std::filesystem::is_directory(input, failed)) {
+      materials.push_back(input);
+      continue;
+    }
+    const Result<FolderContent> content = list_folder(input, {".sbrdf", true, {command.out}});
+    if (!content) {
+      Error error = content.error();
+      error.message = input + ": " + error.message;
+      return error;
+    }
+    for (const FolderFile& file : content->files) {
+      materials.push_back((std::filesystem::path(input) / file.name).string());
     }
   }
-  std::vector<StorageRow> rows;
-  std::string csv = "material,samples,values,raw,lossless,tenth_percent,one_percent,baseline,stream,entropy\n";
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const std::string& name : options.sources) {
-    const Result<StorageRow> row = audit(name, options);
-    if (!row) return report_error(name, row.error());
-    rows.push_back(*row);
-    json.push_back(as_json(*row));
-    csv += fmt::format("{},{},{},{},{},{},{},{},{},{:.0f}\n", in_quotes(row->material), row->samples, row->values,
-                       row->raw, row->lossless, row->tenth_percent, row->one_percent, row->baseline, row->stream,
-                       row->entropy);
+  std::vector<std::string> sorted = materials;
+  std::sort(sorted.begin(), sorted.end());
+  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+  if (twice != sorted.end()) return usage_error(*twice + ": is given twice");
+  return materials;
+}
+
+/// For pages that are kept: of folders only their names.
+std::string told_command(const AuditCommand& command) {
+  const auto quoted = [](const std::string& text) {
+    return text.find(' ') == std::string::npos ? text : "'" + text + "'";
+  };
+  std::string text = "sbrdf audit";
+  for (const std::string& input : command.inputs) {
+    std::error_code failed;
+    const bool is_path = std::filesystem::exists(input, failed);
+    text += " " + quoted(is_path ? whole_path(input).filename().string() : input);
   }
-  if (options.json) {
-    print_json(json);
-  } else {
-    print_as_table(rows);
+  for (const double target : command.settings.targets) text += fmt::format(" --rel-l1 {:g}", target);
+  for (const std::string& method : command.settings.methods) text += " --method " + quoted(method);
+  if (!command.out.empty()) text += " --out " + whole_path(command.out).filename().string();
+  return text;
+}
+
+void print_rows(const TextRows& rows) {
+  Table table;
+  for (const std::vector<std::string>& row : rows) table.add(row);
+  table.print();
+}
+
+/// One run: what is done is kept, what fails is told and does not stop the rest.
+class AuditRunner {
+ public:
+  explicit AuditRunner(const AuditCommand& command)
+      : command_(command), folder_(command.out, "audit"), journal_(command.out, command.settings, command.given) {
+    run_ = {command.settings, told_command(command), SBRDF_VERSION};
   }
-  if (options.csv.empty()) return 0;
-  const Status written = write_file_atomically(options.csv, std::as_bytes(std::span(csv.data(), csv.size())));
-  return written ? 0 : report_error(options.csv, written.error());
+
+  /// The exit code.
+  int run() {
+    const Result<std::vector<std::string>> materials = materials_of(command_);
+    if (!materials) return report_error("", materials.error());
+    if (Status used = check_options_of(*materials); !used) return report_error("", used.error());
+    if (!command_.out.empty()) {
+      Status ready = folder_.prepare(audit_files(command_.settings), *materials);
+      if (ready) ready = journal_.start();
+      if (!ready) {
+        folder_.take_back();
+        return report_error(command_.out, ready.error());
+      }
+    }
+    for (std::size_t k = 0; k < materials->size(); ++k) {
+      const std::string label = materials->size() == 1 ? "audit" : fmt::format("audit {}/{}", k + 1, materials->size());
+      if (!add((*materials)[k], label)) return report_error("", interrupted_error());
+    }
+    if (Status written = write(); !written) return report_error(command_.out, written.error());
+    tell();
+    return exit_code_;
+  }
+
+ private:
+  [[nodiscard]] Status check_options_of(const std::vector<std::string>& materials) const {
+    if (Status known = check_methods(command_.settings.methods); !known) return known;
+    return check_reading_options(command_.given, materials);
+  }
+
+  /// False after a signal.
+  bool add(const std::string& name, const std::string& label) {
+    if (interrupted()) return false;
+    AuditedMaterial material = {name, {}, {}};
+    if (Result<std::vector<AuditRow>> rows = audit(name, label)) {
+      // With the digits that a journal has, so that a resumed run says the same.
+      material.rows = audit_rows_of(audit_rows_json(*rows)).value_or(*rows);
+    } else {
+      if (interrupted()) return false;
+      const int failed = report_error(name, rows.error());
+      if (exit_code_ == 0) exit_code_ = failed;
+      material.failure = rows.error();
+    }
+    if (!command_.json && command_.inputs.size() + materials_.size() > 1 && !material.failure) {
+      print(fmt::format("{}: {}\n", one_line(name), smallest_text(material, command_.settings)));
+      if (!flush_output()) return true;  // told at the end
+    }
+    materials_.push_back(std::move(material));
+    return true;
+  }
+
+  [[nodiscard]] Result<std::vector<AuditRow>> audit(const std::string& name, const std::string& label) const {
+    const Result<OpenedSource> opened = open_source(name, command_.given);
+    if (!opened) return opened.error();
+    std::unique_ptr<AuditMemory> memory;
+    if (!command_.out.empty()) {
+      memory = journal_.memory_of(name, [&](const Error& error) { print_note(name, error.message); });
+    }
+    ProgressBar bar(label + " " + one_line(name, 40));
+    return audit_material(*opened->source, command_.settings, memory.get(), bar.progress());
+  }
+
+  [[nodiscard]] Status write() const {
+    return command_.out.empty() ? ok_status() : folder_.write(audit_report(materials_, run_));
+  }
+
+  void tell() const {
+    if (command_.json) {
+      print_json(audit_json(materials_, run_));
+      return;
+    }
+    for (const double target : command_.settings.targets) {
+      print(fmt::format("\n{:g} % relative L1 off the grid\n", target));
+      if (materials_.size() > 1) {
+        print_rows(totals_table(materials_, target));
+      } else if (!materials_.front().failure) {
+        print_rows(material_table(materials_.front(), target));
+      }
+    }
+  }
+
+  const AuditCommand& command_;
+  ReportFolder folder_;
+  AuditJournal journal_;
+  AuditRun run_;
+  std::vector<AuditedMaterial> materials_;
+  int exit_code_ = 0;
+};
+
+int run_audit(AuditCommand command) {
+  std::vector<double>& targets = command.settings.targets;
+  std::sort(targets.begin(), targets.end(), std::greater<>());
+  targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
+  return AuditRunner(command).run();
 }
 
 }  // namespace
 
 void add_audit(CLI::App& program, int& exit_code) {
-  auto* command = program.add_subcommand("audit", "How many bytes the samples of materials take, one way and another.");
-  const auto options = std::make_shared<AuditOptions>();
-  command->add_option("SOURCE", options->sources, "Sliced files as they are; anything else is sliced first")
+  auto* app = program.add_subcommand("audit", "What storage a material needs, and what is lost: every way to keep it.");
+  const auto command = std::make_shared<AuditCommand>();
+  app->add_option("IN", command->inputs,
+                  "Files of any readable format, folders of them, kurt:NAME or BUNDLE.sbrdfz:NAME")
       ->required();
-  add_count(*command, "--samples", options->samples, {1, kMaxSampleCount}, "For sources that are not sliced");
-  command
-      ->add_option("--placement", options->placement,
-                   "paper: slices where the paper's Table 3 puts them, instead of by search")
-      ->check(CLI::IsMember({"paper"}))
-      ->type_name("paper");
-  command->add_option("--csv", options->csv, "Also write the figures to this file")->type_name("FILE");
-  command->add_flag("--json", options->json, "Print JSON");
-  add_memory_limit(*command, options->memory);
-  command->footer("Example:\n  sbrdf audit kurt:fabric112 kurt:wood01 --samples 8911");
-  command->callback([options, &exit_code] { exit_code = run_audit(*options); });
+  app->add_option("--rel-l1", command->settings.targets,
+                  "Error that each way is to keep to, relative L1 off the grid; may be given several times")
+      ->check([](const std::string& text) {
+        const Result<double> number = number_within(text, {kLeastTarget, kMostTarget});
+        return number ? std::string() : number.error().message;
+      })
+      ->type_name("P")
+      ->allow_extra_args(false)
+      ->default_str("5, 2");
+  app->add_option("--method", command->settings.methods, "Only this way; may be given several times")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  add_count(*app, "--count", command->settings.directions, {1000, 10'000'000},
+            "Directions that errors are measured on, off the grid and as many on it");
+  app->add_option("--out", command->out,
+                  "Also write tables (CSV, JSON), a page (Markdown) and charts (SVG) to this folder; made if missing. "
+                  "A run that was interrupted goes on where it was")
+      ->type_name("DIR");
+  app->add_flag("--json", command->json, "Print JSON");
+  add_reading_options(*app, command->given);
+  app->footer(
+      "Of each way the smallest is looked for that keeps to the error; bytes are of all files. The manual is "
+      "specs/audit.md.\n\n"
+      "Examples:\n  sbrdf audit material.bsdf --rel-l1 5\n  sbrdf audit measurements --out audit");
+  app->callback([command, &exit_code] { exit_code = run_audit(*command); });
 }
 
 }  // namespace sbrdf::internal

@@ -24,8 +24,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kMostChannelColumns = 4;  // in the table; JSON has them all
-
 struct CheckCommand {
   std::vector<std::string> files;
   AlbedoOptions albedo;
@@ -264,9 +262,6 @@ void print_report(const std::string& file, const CheckReport& report, const Sour
   verdict.add({"verdict", report.verdict()});
   verdict.print();
 }
-
-/// Written so that a NaN is above every limit.
-bool exceeds(double value, const std::optional<double>& limit) { return limit && !(value <= *limit); }
 
 int check_limits(const CheckCommand& command, const std::string& file, const CheckReport& report) {
   std::string above;

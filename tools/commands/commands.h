@@ -20,6 +20,7 @@ void add_pack(CLI::App& program, int& exit_code);
 void add_verify(CLI::App& program, int& exit_code);
 void add_atlas(CLI::App& program, int& exit_code);
 void add_audit(CLI::App& program, int& exit_code);
+void add_codings(CLI::App& program, int& exit_code);
 void add_stress(CLI::App& program, int& exit_code);
 void add_bench(CLI::App& program, int& exit_code);
 void add_reproduce(CLI::App& program, int& exit_code);

@@ -25,7 +25,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint64_t kMostPairs = 10'000'000'000;
 constexpr std::uint64_t kDefaultCount = 1'000'000;
-constexpr std::size_t kMostChannelColumns = 4;  // in the table; JSON has them all
 
 constexpr std::array<Named<CompareDirections>, 3> kDirectionNames = {{{"grid", CompareDirections::kGrid},
                                                                       {"random", CompareDirections::kRandom},
@@ -41,9 +40,6 @@ struct CompareCommand {
   Options given;  ///< of reading, for each of the two that has them
   bool json = false;
 };
-
-/// Written so that a NaN is above every limit.
-bool exceeds(double value, const std::optional<double>& limit) { return limit && !(value <= *limit); }
 
 const std::string& channel_name(const SourceTraits& traits, const ValuePlace& place) {
   return traits.channels[place.channel];

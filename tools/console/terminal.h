@@ -1,7 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,14 @@ namespace sbrdf::internal {
 [[nodiscard]] std::string format_count(std::uint64_t value);
 /// "a, b, c".
 [[nodiscard]] std::string join(const std::vector<std::string>& words);
+
+/// Channels that tables for people have columns for; JSON has them all.
+inline constexpr std::size_t kMostChannelColumns = 4;
+
+/// Whether a figure is above a limit that was asked for, or is no number.
+[[nodiscard]] inline bool exceeds(double value, const std::optional<double>& limit) {
+  return limit && !(value <= *limit);
+}
 
 /// Rows of cells in columns as wide as they need to be. Cells pass through one_line, which cuts all but the last of a
 /// row much sooner.

@@ -1,4 +1,4 @@
-#include "converters/judge/storage_audit.h"
+#include "converters/audit/codings.h"
 
 #include <zstd.h>
 
@@ -53,9 +53,9 @@ std::uint64_t baseline_size(const SlicedBrdf& sliced, double bound) {
   return packed_size(shuffled(differences)) + packed_size(shuffled(places));
 }
 
-StorageRow audit_storage(const std::string& material, const SlicedBrdf& sliced, const Lattice& lattice) {
+CodingSizes coding_sizes(const std::string& material, const SlicedBrdf& sliced, const Lattice& lattice) {
   constexpr double kTenthPercent = 0.001;
-  StorageRow row;
+  CodingSizes row;
   row.material = material;
   row.samples = sliced.sample_count();
   row.values = row.samples * sliced.channel_count();

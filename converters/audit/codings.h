@@ -10,7 +10,7 @@
 namespace sbrdf::internal {
 
 /// What the samples of one material take on disk. All sizes in bytes; files include metadata and index.
-struct StorageRow {
+struct CodingSizes {
   std::string material;
   std::uint64_t samples = 0;
   std::uint64_t values = 0;         ///< samples times channels
@@ -27,7 +27,7 @@ struct StorageRow {
   }
 };
 
-[[nodiscard]] StorageRow audit_storage(const std::string& material, const SlicedBrdf& sliced, const Lattice& lattice);
+[[nodiscard]] CodingSizes coding_sizes(const std::string& material, const SlicedBrdf& sliced, const Lattice& lattice);
 
 /// The yardstick: logarithms quantised to the same bound, differences between successive samples of a channel, bytes of
 /// equal weight together, zstd -3; positions the same way. What a general tool would do with the same samples.

@@ -1,0 +1,220 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
+#include <utility>
+
+#include "converters/audit/methods.h"
+#include "converters/baselines/schemes.h"
+#include "formats/core/byte_source.h"
+#include "formats/rgl/tensor_file.h"
+
+namespace sbrdf::internal {
+namespace {
+
+// Files of other formats, as this library writes and reads them.
+
+/// One that is tried: what is written, how it is read, and the bytes of its numbers where these say what is overhead.
+struct FileTrial {
+  std::string setting;
+  std::string_view extension;
+  Options writing = {};
+  Options reading = {};
+  std::uint64_t payload = 0;  ///< 0: `overhead` is what is known
+  std::uint64_t overhead = 0;
+};
+
+Result<Kept> kept_file(Workbench& bench, const FileTrial& trial, const Progress& progress) {
+  const Result<FileBytes> file = bench.file(trial.extension, trial.writing, progress);
+  if (!file) return file.error();
+  Result<Kept> kept = bench.kept(trial.setting, *file, trial.reading);
+  if (!kept) return kept.error();
+  kept->overhead =
+      trial.payload > 0 ? kept->bytes - std::min(kept->bytes, trial.payload) : std::min(kept->bytes, trial.overhead);
+  return kept;
+}
+
+/// `trial_of` each of so many in turn, from the smallest, until one reaches the target.
+template <class TrialOf>
+Result<Found> find_file(Workbench& bench, double percent, std::size_t count, const TrialOf& trial_of,
+                        const Progress& progress) {
+  Smallest smallest(percent);
+  StepwiseProgress steps(progress);
+  for (std::size_t k = 0; k < count && !smallest.reached(); ++k) {
+    Result<Kept> kept = kept_file(bench, trial_of(k), steps.step(1.0 / static_cast<double>(count - k)));
+    if (kept) {
+      smallest.take(*std::move(kept));
+    } else if (!smallest.complain(kept.error())) {
+      return kept.error();
+    }
+  }
+  return std::move(smallest).found();
+}
+
+/// A table on the steps of the ladder, from the first that should reach the target, until one does.
+template <class TrialOn>
+Result<Found> find_on_ladder(Workbench& bench, double percent, const TrialOn& trial_on, const Progress& progress) {
+  constexpr std::size_t kMost = 4;
+  const std::size_t first = bench.ladder().reach(percent);
+  return find_file(
+      bench, percent, kMost, [&](std::size_t k) { return trial_on(bench.ladder().step(first + k).grid); }, progress);
+}
+
+std::uint64_t numbers_on(const Workbench& bench, const Grid& grid) {
+  return grid.node_count() * bench.subject().channel_count();
+}
+
+Options with_grid(const Grid& grid) { return Options().set("grid", grid_text(grid)); }
+
+}  // namespace
+
+Result<Found> find_float(Workbench& bench, double percent, const Progress& progress) {
+  return find_on_ladder(
+      bench, percent,
+      [&](const Grid& grid) {
+        return FileTrial{on_grid("NPY, floats", grid), ".npy", with_grid(grid).set("type", "float32"), with_grid(grid),
+                         4 * numbers_on(bench, grid)};
+      },
+      progress);
+}
+
+Result<Found> find_half(Workbench& bench, double percent, const Progress& progress) {
+  return find_on_ladder(
+      bench, percent,
+      [&](const Grid& grid) {
+        return FileTrial{on_grid("NPY, half floats", grid), ".npy", with_grid(grid).set("type", "float16"),
+                         with_grid(grid), 2 * numbers_on(bench, grid)};
+      },
+      progress);
+}
+
+namespace {
+
+/// What such a file takes with next to no numbers in it.
+std::uint64_t bytes_of_empty(Workbench& bench, std::string_view extension, const Options& options) {
+  Options few = options;
+  few.set("grid", "difference/0:45:45:90");
+  const Result<FileBytes> file = bench.file(extension, few, {});
+  return file ? (*file)->size() : 0;
+}
+
+}  // namespace
+
+Result<Found> find_hdf5(Workbench& bench, double percent, const Progress& progress) {
+  const Options options = Options().set("type", "float16").set("deflate", "9");
+  const std::uint64_t overhead = bytes_of_empty(bench, ".h5", options);
+  return find_on_ladder(
+      bench, percent,
+      [&](const Grid& grid) {
+        Options writing = options;
+        writing.set("grid", grid_text(grid));
+        return FileTrial{on_grid("half floats, shuffle, deflate 9", grid), ".h5", writing, {}, 0, overhead};
+      },
+      progress);
+}
+
+Result<Found> find_exr(Workbench& bench, double percent, const Progress& progress) {
+  const Options options = Options().set("type", "float16");
+  const std::uint64_t overhead = bytes_of_empty(bench, ".exr", options);
+  return find_on_ladder(
+      bench, percent,
+      [&](const Grid& grid) {
+        Options writing = options;
+        writing.set("grid", grid_text(grid));
+        return FileTrial{on_grid("half floats", grid), ".exr", writing, {}, 0, overhead};
+      },
+      progress);
+}
+
+Result<Found> find_merl(Workbench& bench, double percent, const Progress& progress) {
+  constexpr std::uint64_t kNumbers = std::uint64_t{3} * 90 * 90 * 180;
+  return find_file(
+      bench, percent, 1,
+      [](std::size_t) {
+        return FileTrial{"doubles, 90 x 90 x 180 cells", ".binary", Options().set("merl-shape", "90,90,180"),
+                         Options().set("merl-turn", "half"), 8 * kNumbers};
+      },
+      progress);
+}
+
+Result<Found> find_utia(Workbench& bench, double percent, const Progress& progress) {
+  constexpr std::uint64_t kNumbers = std::uint64_t{3} * 6 * 48 * 6 * 48;
+  return find_file(
+      bench, percent, 1,
+      [](std::size_t) {
+        return FileTrial{"doubles, 6 x 48 x 6 x 48 nodes", ".bin", {}, {}, 8 * kNumbers};
+      },
+      progress);
+}
+
+namespace {
+
+/// Bytes of the numbers of an RGL file.
+std::uint64_t rgl_payload(const std::vector<std::byte>& bytes) {
+  const Result<TensorFile> file = parse_tensor_file(bytes);
+  if (!file) return 0;
+  std::uint64_t sum = 0;
+  for (const TensorField& field : file->fields) {
+    if (field.name != "description") sum += field.bytes.size();
+  }
+  return sum;
+}
+
+}  // namespace
+
+Result<Found> find_rgl(Workbench& bench, double percent, const Progress& progress) {
+  static constexpr std::array<std::array<int, 3>, 4> kSizes = {{{8, 16, 8}, {16, 32, 8}, {32, 64, 16}, {64, 128, 32}}};
+  Smallest smallest(percent);
+  StepwiseProgress steps(progress);
+  // A material that came as one also stands as it is, its differences between both ways included.
+  if (const auto stored = bench.subject().original().stored("rgl")) {
+    Result<std::vector<std::byte>> bytes = read_range(*stored, 0, stored->size());
+    if (!bytes) return bytes.error();
+    Result<Kept> kept = bench.kept("as it is", std::make_shared<const std::vector<std::byte>>(*std::move(bytes)), {});
+    if (kept) {
+      kept->overhead = 0;
+      smallest.take(*std::move(kept));
+    }
+  }
+  // With 33 azimuths of the light, the largest size is beyond what is written.
+  const std::size_t sizes = bench.subject().symmetries().isotropic ? kSizes.size() : kSizes.size() - 1;
+  for (const auto& [size, warp, thetas] : std::span(kSizes).first(sizes)) {
+    const FileTrial trial = {fmt::format("{} x {} colours for each light", size, size), ".bsdf",
+                             Options()
+                                 .set("rgl-size", std::to_string(size))
+                                 .set("rgl-warp-size", std::to_string(warp))
+                                 .set("rgl-theta", std::to_string(thetas))};
+    const Result<FileBytes> file = bench.file(trial.extension, trial.writing, steps.step(0.4));
+    Result<Kept> kept = file ? bench.kept(trial.setting, *file, {}) : Result<Kept>(file.error());
+    if (!kept) {
+      if (!smallest.complain(kept.error())) return kept.error();
+      continue;
+    }
+    kept->overhead = kept->bytes - std::min(kept->bytes, rgl_payload(**file));
+    if (smallest.take(*std::move(kept))) break;
+  }
+  return std::move(smallest).found();
+}
+
+Result<Found> find_barycentric(Workbench& bench, double percent, const Progress& progress) {
+  std::vector<UniformScheme> schemes = paper_schemes();
+  std::sort(schemes.begin(), schemes.end(),
+            [](const UniformScheme& a, const UniformScheme& b) { return a.direction_count() < b.direction_count(); });
+  // Every third suffices to tell what such samples can do.
+  std::vector<UniformScheme> tried;
+  for (std::size_t k = 0; k < schemes.size(); k += 3) tried.push_back(schemes[k]);
+  return find_file(
+      bench, percent, tried.size(),
+      [&](std::size_t k) {
+        const UniformScheme& scheme = tried[k];
+        const std::uint64_t pairs = scheme.reciprocal_pair_count();
+        return FileTrial{fmt::format("{} pairs, scheme {}", pairs, scheme.name), ".h5",
+                         Options().set("scheme", scheme.name), Options().set("interpolation", "barycentric"),
+                         4 * pairs * bench.subject().channel_count()};
+      },
+      progress);
+}
+
+}  // namespace sbrdf::internal
