@@ -88,7 +88,11 @@ class MaterialAudit {
     if (!row.note.empty()) return row;
     StepwiseProgress steps(progress);
     const Result<Found> found = method.find(*bench_, target, steps.step(1 - kGridShare));
-    if (!found) return found.error();
+    if (!found) {
+      if (found.error().code == interrupted_error().code) return found.error();
+      row.note = found.error().message;
+      return row;
+    }
     if (!found->reached) row.note = found->why;
     if (found->kept) {
       const Status filled = fill_in(row, *found->kept, *subject_, settings_, steps.step(1));
@@ -130,7 +134,7 @@ Status check_methods(std::span<const std::string> names) {
   for (const AuditMethod& method : audit_methods()) known.push_back(method.name);
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      return usage_error(fmt::format("there is no method \"{}\"; there are: {}", name, fmt::join(known, "; ")));
+      return usage_error(fmt::format("there is no method \"{}\"; there are: \"{}\"", name, fmt::join(known, "\", \"")));
     }
   }
   return ok_status();

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "converters/audit/methods.h"
 #include "converters/baselines/schemes.h"
+#include "converters/files/dense/table_head.h"
+#include "converters/tables/dense_table.h"
 #include "formats/core/byte_source.h"
 #include "formats/rgl/tensor_file.h"
 
@@ -24,6 +27,7 @@ struct FileTrial {
   Options reading = {};
   std::uint64_t payload = 0;  ///< 0: `overhead` is what is known
   std::uint64_t overhead = 0;
+  std::uint64_t beside = 0;  ///< bytes of a second file that belongs to it
 };
 
 Result<Kept> kept_file(Workbench& bench, const FileTrial& trial, const Progress& progress) {
@@ -31,19 +35,22 @@ Result<Kept> kept_file(Workbench& bench, const FileTrial& trial, const Progress&
   if (!file) return file.error();
   Result<Kept> kept = bench.kept(trial.setting, *file, trial.reading);
   if (!kept) return kept.error();
+  kept->bytes += trial.beside;
   kept->overhead =
       trial.payload > 0 ? kept->bytes - std::min(kept->bytes, trial.payload) : std::min(kept->bytes, trial.overhead);
   return kept;
 }
 
-/// `trial_of` each of so many in turn, from the smallest, until one reaches the target.
+/// `trial_of` each of so many in turn, from the smallest, until one reaches the target, or there is none.
 template <class TrialOf>
 Result<Found> find_file(Workbench& bench, double percent, std::size_t count, const TrialOf& trial_of,
                         const Progress& progress) {
   Smallest smallest(percent);
   StepwiseProgress steps(progress);
   for (std::size_t k = 0; k < count && !smallest.reached(); ++k) {
-    Result<Kept> kept = kept_file(bench, trial_of(k), steps.step(1.0 / static_cast<double>(count - k)));
+    const std::optional<FileTrial> trial = trial_of(k);
+    if (!trial) break;
+    Result<Kept> kept = kept_file(bench, *trial, steps.step(1.0 / static_cast<double>(count - k)));
     if (kept) {
       smallest.take(*std::move(kept));
     } else if (!smallest.complain(kept.error())) {
@@ -57,9 +64,17 @@ Result<Found> find_file(Workbench& bench, double percent, std::size_t count, con
 template <class TrialOn>
 Result<Found> find_on_ladder(Workbench& bench, double percent, const TrialOn& trial_on, const Progress& progress) {
   constexpr std::size_t kMost = 4;
-  const std::size_t first = bench.ladder().reach(percent);
+  GridLadder& ladder = bench.ladder();
+  std::size_t first = ladder.reach(percent);
+  if (first == ladder.size()) --first;  // the nearest there is
   return find_file(
-      bench, percent, kMost, [&](std::size_t k) { return trial_on(bench.ladder().step(first + k).grid); }, progress);
+      bench, percent, kMost,
+      [&](std::size_t k) -> std::optional<FileTrial> {
+        const LadderStep& step = ladder.step(first + k);
+        if (first + k >= ladder.size()) return std::nullopt;
+        return trial_on(step.grid);
+      },
+      progress);
 }
 
 std::uint64_t numbers_on(const Workbench& bench, const Grid& grid) {
@@ -70,41 +85,55 @@ Options with_grid(const Grid& grid) { return Options().set("grid", grid_text(gri
 
 }  // namespace
 
+namespace {
+
+/// The array, and beside it the file that says where its nodes are, without a report.
+FileTrial npy_trial(const Workbench& bench, const Grid& grid, ValueType type, std::string_view what) {
+  TableHead head;
+  head.grid = grid;
+  head.channels = bench.subject().original().traits().channels;
+  head.type = type;
+  head.reach = reach_of(bench.subject().original().traits());
+  return {on_grid(what, grid),
+          ".npy",
+          with_grid(grid).set("type", std::string(name_of(kValueTypeNames, type))),
+          with_grid(grid),
+          size_of(type) * numbers_on(bench, grid),
+          0,
+          emit_table_head(head).size()};
+}
+
+}  // namespace
+
 Result<Found> find_float(Workbench& bench, double percent, const Progress& progress) {
   return find_on_ladder(
-      bench, percent,
-      [&](const Grid& grid) {
-        return FileTrial{on_grid("NPY, floats", grid), ".npy", with_grid(grid).set("type", "float32"), with_grid(grid),
-                         4 * numbers_on(bench, grid)};
-      },
+      bench, percent, [&](const Grid& grid) { return npy_trial(bench, grid, ValueType::kFloat32, "NPY, floats"); },
       progress);
 }
 
 Result<Found> find_half(Workbench& bench, double percent, const Progress& progress) {
   return find_on_ladder(
-      bench, percent,
-      [&](const Grid& grid) {
-        return FileTrial{on_grid("NPY, half floats", grid), ".npy", with_grid(grid).set("type", "float16"),
-                         with_grid(grid), 2 * numbers_on(bench, grid)};
-      },
+      bench, percent, [&](const Grid& grid) { return npy_trial(bench, grid, ValueType::kFloat16, "NPY, half floats"); },
       progress);
 }
 
 namespace {
 
-/// What such a file takes with next to no numbers in it.
-std::uint64_t bytes_of_empty(Workbench& bench, std::string_view extension, const Options& options) {
+/// What such a file of half floats takes beside its numbers, by one that has next to none.
+std::uint64_t overhead_of_format(Workbench& bench, std::string_view extension, const Options& options) {
+  const Grid grid = parse_grid("half-difference/0:90:90:90").value();
   Options few = options;
-  few.set("grid", "difference/0:45:45:90");
+  few.set("grid", grid_text(grid));
   const Result<FileBytes> file = bench.file(extension, few, {});
-  return file ? (*file)->size() : 0;
+  if (!file) return 0;
+  return (*file)->size() - std::min<std::uint64_t>((*file)->size(), 2 * numbers_on(bench, grid));
 }
 
 }  // namespace
 
 Result<Found> find_hdf5(Workbench& bench, double percent, const Progress& progress) {
   const Options options = Options().set("type", "float16").set("deflate", "9");
-  const std::uint64_t overhead = bytes_of_empty(bench, ".h5", options);
+  const std::uint64_t overhead = overhead_of_format(bench, ".h5", options);
   return find_on_ladder(
       bench, percent,
       [&](const Grid& grid) {
@@ -117,7 +146,7 @@ Result<Found> find_hdf5(Workbench& bench, double percent, const Progress& progre
 
 Result<Found> find_exr(Workbench& bench, double percent, const Progress& progress) {
   const Options options = Options().set("type", "float16");
-  const std::uint64_t overhead = bytes_of_empty(bench, ".exr", options);
+  const std::uint64_t overhead = overhead_of_format(bench, ".exr", options);
   return find_on_ladder(
       bench, percent,
       [&](const Grid& grid) {
@@ -170,11 +199,12 @@ Result<Found> find_rgl(Workbench& bench, double percent, const Progress& progres
   StepwiseProgress steps(progress);
   // A material that came as one also stands as it is, its differences between both ways included.
   if (const auto stored = bench.subject().original().stored("rgl")) {
-    Result<std::vector<std::byte>> bytes = read_range(*stored, 0, stored->size());
+    const Result<std::vector<std::byte>> bytes = read_range(*stored, 0, stored->size());
     if (!bytes) return bytes.error();
-    Result<Kept> kept = bench.kept("as it is", std::make_shared<const std::vector<std::byte>>(*std::move(bytes)), {});
+    const std::vector<std::byte>& as_it_is = *bytes;
+    Result<Kept> kept = bench.kept("as it is", std::make_shared<const std::vector<std::byte>>(as_it_is), {});
     if (kept) {
-      kept->overhead = 0;
+      kept->overhead = kept->bytes - std::min(kept->bytes, rgl_payload(as_it_is));
       smallest.take(*std::move(kept));
     }
   }
@@ -205,14 +235,19 @@ Result<Found> find_barycentric(Workbench& bench, double percent, const Progress&
   // Every third suffices to tell what such samples can do.
   std::vector<UniformScheme> tried;
   for (std::size_t k = 0; k < schemes.size(); k += 3) tried.push_back(schemes[k]);
+  // Of a file with few numbers in it, as of those that are packed.
+  const UniformScheme& smallest = tried.front();
+  const Result<FileBytes> file = bench.file(".h5", Options().set("scheme", smallest.name), {});
+  const std::uint64_t numbers = sizeof(float) * smallest.reciprocal_pair_count() * bench.subject().channel_count();
+  const std::uint64_t overhead = file ? (*file)->size() - std::min<std::uint64_t>((*file)->size(), numbers) : 0;
   return find_file(
       bench, percent, tried.size(),
       [&](std::size_t k) {
         const UniformScheme& scheme = tried[k];
         const std::uint64_t pairs = scheme.reciprocal_pair_count();
-        return FileTrial{fmt::format("{} pairs, scheme {}", pairs, scheme.name), ".h5",
-                         Options().set("scheme", scheme.name), Options().set("interpolation", "barycentric"),
-                         4 * pairs * bench.subject().channel_count()};
+        return FileTrial{
+            fmt::format("{} pairs, scheme {}", pairs, scheme.name), ".h5", Options().set("scheme", scheme.name),
+            Options().set("interpolation", "barycentric"),          0,     overhead};
       },
       progress);
 }

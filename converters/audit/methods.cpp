@@ -102,7 +102,7 @@ constexpr std::array kMethods = {
     AuditMethod{"UTIA", kYes, kYes, "value", of_rgb, find_utia},
     AuditMethod{"RGL", kYes, kYes, "none", of_rgb, find_rgl},
     AuditMethod{"table, zstd", kNo, kNo, "value", any, find_with<0>},
-    AuditMethod{"table, Blosc", kNo, kYes, "value", any, find_with<1>},
+    AuditMethod{"table, Blosc", kNo, kNo, "value", any, find_with<1>},
     AuditMethod{"table, zfp", kNo, kNo, "value", any, find_with<2>},
     AuditMethod{"table, fpzip", kNo, kNo, "value", any, find_with<3>},
     AuditMethod{"Tucker", kYes, kNo, "none", any, find_tucker},

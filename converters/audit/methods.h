@@ -19,8 +19,8 @@ struct AuditMethod {
   std::string_view bound;
   /// Why a material cannot be kept this way; empty where it can.
   std::string_view (*left_out)(const AuditSubject& subject);
-  /// The smallest whose relative L1 off the grid is at most `percent`. interrupted_error() only: whatever else goes
-  /// wrong is said in Found::why.
+  /// The smallest whose relative L1 off the grid is at most `percent`. interrupted_error(); any other error
+  /// is of this way alone.
   Result<Found> (*find)(Workbench& bench, double percent, const Progress& progress);
 };
 

@@ -75,7 +75,7 @@ Result<Found> find_by_target(double percent, const Make& make) {
     }
     const double came = kept->percent;
     const bool reached = smallest.take(*std::move(kept));
-    if (reached && (k > 0 || came >= kNear * percent)) break;
+    if (reached && came >= kNear * percent) break;
     goal *= std::clamp(0.995 * percent / came, 0.5, 1.5);
   }
   return std::move(smallest).found();

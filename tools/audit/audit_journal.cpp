@@ -24,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFolder = ".sbrdf-audit";
 constexpr std::uint64_t kLargestEntry = std::uint64_t{1} << 24U;  // bytes; nobody writes one of that size
 
 std::string text_of(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
@@ -62,7 +61,10 @@ class MaterialMemory final : public AuditMemory {
     const std::string text = text_of({{"work", work_}, {"rows", audit_rows_json(rows_)}});
     const Status written =
         write_file_atomically(path_, std::as_bytes(std::span(text.data(), text.size())), AfterSignal::kComplete);
-    if (!written) complain_(written.error());
+    if (written) return;
+    Error error = written.error();
+    error.message = path_ + ": " + error.message + "; a later run will do this again";
+    complain_(error);
   }
 
  private:

@@ -16,6 +16,8 @@ namespace sbrdf::internal {
 /// directions and options of reading; other targets and methods may be added later.
 class AuditJournal {
  public:
+  static constexpr const char* kFolder = ".sbrdf-audit";
+
   /// In the folder of the report, which is there.
   AuditJournal(const std::string& folder, const AuditSettings& settings, const Options& given);
 

@@ -141,8 +141,10 @@ std::string markdown(const TextRows& rows) {
 }
 
 std::string page_of(const std::vector<AuditedMaterial>& materials, const AuditRun& run) {
-  std::string page = fmt::format("# Storage audit\n\n`{}`, sbrdf {}. What the columns mean: specs/audit.md.\n",
-                                 one_line(run.command), run.version);
+  std::string page = fmt::format(
+      "# Storage audit\n\n`{}`, sbrdf {}. Errors are measured on {} directions. What the columns mean: "
+      "specs/audit.md.\n",
+      one_line(run.command), run.version, format_count(run.settings.directions));
   for (const double target : run.settings.targets) {
     page +=
         fmt::format("\n## {:g} % relative L1 off the grid\n\n![Bytes of each way]({})\n\n", target, chart_file(target));
@@ -159,10 +161,73 @@ std::string page_of(const std::vector<AuditedMaterial>& materials, const AuditRu
   return page;
 }
 
-/// NaN for what is not there.
-double number_in(const Json& json, const char* key) {
-  const auto at = json.find(key);
-  return at != json.end() && at->is_number() ? at->get<double>() : 0;
+/// Takes rows from JSON that anybody may have changed.
+class RowReader {
+ public:
+  explicit RowReader(const Json& json) : json_(json) {}
+
+  [[nodiscard]] bool is_good() const { return good_; }
+
+  std::string text(const char* key) {
+    const Json* value = find(key);
+    if (value == nullptr || !value->is_string()) return fail<std::string>();
+    return value->get<std::string>();
+  }
+  bool answer(const char* key) {
+    const Json* value = find(key);
+    return value != nullptr && value->is_boolean() ? value->get<bool>() : fail<bool>();
+  }
+  /// Null is 0, as of a row for which nothing was found.
+  std::uint64_t count(const char* key) {
+    const Json* value = find(key);
+    if (value == nullptr || value->is_null()) return 0;
+    constexpr std::uint64_t kMost = std::uint64_t{1} << 53U;
+    if (!value->is_number_unsigned() || value->get<std::uint64_t>() > kMost) return fail<std::uint64_t>();
+    return value->get<std::uint64_t>();
+  }
+  double number(const char* key) {
+    const Json* value = find(key);
+    if (value == nullptr || value->is_null()) return 0;
+    return value->is_number() && value->get<double>() >= 0 ? value->get<double>() : fail<double>();
+  }
+
+ private:
+  const Json* find(const char* key) {
+    if (!json_.is_object()) return nullptr;
+    const auto at = json_.find(key);
+    return at == json_.end() ? nullptr : &*at;
+  }
+  template <class T>
+  T fail() {
+    good_ = false;
+    return {};
+  }
+
+  const Json& json_;
+  bool good_ = true;
+};
+
+/// Nothing for what audit_rows_json did not write.
+std::optional<AuditRow> row_of(const Json& json) {
+  RowReader reader(json);
+  AuditRow row;
+  row.method = reader.text("method");
+  row.setting = reader.text("setting");
+  row.note = reader.text("note");
+  row.reached = reader.answer("reached");
+  row.target_percent = reader.number("target_rel_l1_percent");
+  row.bytes = reader.count("bytes");
+  row.overhead = reader.count("overhead_bytes");
+  row.resident_bytes = reader.count("resident_bytes");
+  row.grid_mre_percent = reader.number("grid_mre_percent");
+  row.grid_rel_l1_percent = reader.number("grid_rel_l1_percent");
+  row.off_grid_mre_percent = reader.number("off_grid_mre_percent");
+  row.off_grid_rel_l1_percent = reader.number("off_grid_rel_l1_percent");
+  row.largest = reader.number("largest_per_sr");
+  row.ratio = reader.number("ratio_to_smallest");
+  const bool sensible = row.overhead <= row.bytes && (row.bytes > 0) == row.found() && (row.found() || !row.reached);
+  if (!reader.is_good() || !sensible || !check_methods(std::span(&row.method, 1))) return std::nullopt;
+  return row;
 }
 
 }  // namespace
@@ -179,27 +244,9 @@ std::optional<std::vector<AuditRow>> audit_rows_of(const Json& json) {
   if (!json.is_array()) return std::nullopt;
   std::vector<AuditRow> rows;
   for (const Json& one : json) {
-    AuditRow& row = rows.emplace_back();
-    const auto text = [&](const char* key) {
-      const auto at = one.find(key);
-      return at != one.end() && at->is_string() ? at->get<std::string>() : std::string();
-    };
-    if (!one.is_object()) return std::nullopt;
-    row.method = text("method");
-    if (!check_methods(std::span(&row.method, 1))) return std::nullopt;
-    row.setting = text("setting");
-    row.note = text("note");
-    row.reached = one.value("reached", false);
-    row.target_percent = number_in(one, "target_rel_l1_percent");
-    row.bytes = static_cast<std::uint64_t>(number_in(one, "bytes"));
-    row.overhead = static_cast<std::uint64_t>(number_in(one, "overhead_bytes"));
-    row.resident_bytes = static_cast<std::uint64_t>(number_in(one, "resident_bytes"));
-    row.grid_mre_percent = number_in(one, "grid_mre_percent");
-    row.grid_rel_l1_percent = number_in(one, "grid_rel_l1_percent");
-    row.off_grid_mre_percent = number_in(one, "off_grid_mre_percent");
-    row.off_grid_rel_l1_percent = number_in(one, "off_grid_rel_l1_percent");
-    row.largest = number_in(one, "largest_per_sr");
-    row.ratio = number_in(one, "ratio_to_smallest");
+    std::optional<AuditRow> row = row_of(one);
+    if (!row) return std::nullopt;
+    rows.push_back(*std::move(row));
   }
   return rows;
 }

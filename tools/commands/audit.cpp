@@ -1,9 +1,10 @@
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <system_error>
+#include <tuple>
 #include <vector>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 
 #include "converters/audit/audit.h"
 #include "converters/files/by_name.h"
+#include "formats/os/files.h"
 #include "formats/os/interrupt.h"
 #include "tools/audit/audit_journal.h"
 #include "tools/audit/audit_report.h"
@@ -19,12 +21,16 @@
 #include "tools/console/options.h"
 #include "tools/console/progress_bar.h"
 #include "tools/console/terminal.h"
+#include "tools/conversion/conversion.h"
 #include "tools/conversion/folder.h"
+#include "tools/io/columns.h"
 #include "tools/io/outputs.h"
 #include "tools/io/report_folder.h"
 
 namespace sbrdf::internal {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kLeastTarget = 0.01;
 constexpr double kMostTarget = 100;
@@ -37,46 +43,65 @@ struct AuditCommand {
   Options given;  ///< of reading
 };
 
+/// A report of an audit lies in it, none of whose files is a material.
+bool is_report(const fs::path& folder) {
+  std::error_code failed;
+  return fs::is_directory(folder / AuditJournal::kFolder, failed);
+}
+
 /// Of each input that is a folder, the files in it and below.
 Result<std::vector<std::string>> materials_of(const AuditCommand& command) {
   std::vector<std::string> materials;
   for (const std::string& input : command.inputs) {
     std::error_code failed;
-    if (!std::filesystem::is_directory(input, failed)) {
+    if (!fs::is_directory(input, failed)) {
       materials.push_back(input);
       continue;
     }
-    const Result<FolderContent> content = list_folder(input, {".sbrdf", true, {command.out}});
-    if (!content) {
-      Error error = content.error();
+    const auto naming = [&](Error error) {
       error.message = input + ": " + error.message;
       return error;
+    };
+    if (!command.out.empty() && whole_path(input) == whole_path(command.out)) {
+      return naming(
+          usage_error("is the folder that is read: the next run would read the report; choose another --out"));
     }
+    const Result<FolderContent> content = list_folder(input, {".sbrdf", true, {command.out}});
+    if (!content) return naming(content.error());
     for (const FolderFile& file : content->files) {
-      materials.push_back((std::filesystem::path(input) / file.name).string());
+      const fs::path path = fs::path(input) / file.name;
+      if (!is_report(path.parent_path())) materials.push_back(path.string());
     }
   }
-  std::vector<std::string> sorted = materials;
-  std::sort(sorted.begin(), sorted.end());
-  const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-  if (twice != sorted.end()) return usage_error(*twice + ": is given twice");
+  std::vector<std::string> places;
+  for (const std::string& material : materials) {
+    places.push_back(exists(material) ? whole_path(material).string() : material);
+  }
+  std::sort(places.begin(), places.end());
+  const auto twice = std::adjacent_find(places.begin(), places.end());
+  if (twice != places.end()) return usage_error(*twice + ": is given twice");
   return materials;
 }
 
 /// For pages that are kept: of folders only their names.
 std::string told_command(const AuditCommand& command) {
   const auto quoted = [](const std::string& text) {
-    return text.find(' ') == std::string::npos ? text : "'" + text + "'";
+    if (text.find_first_of(" '\"\\$`") == std::string::npos) return text;
+    std::string all = "'";
+    for (const char c : text) all += c == '\'' ? "'\\''" : std::string(1, c);
+    return all + "'";
   };
   std::string text = "sbrdf audit";
   for (const std::string& input : command.inputs) {
-    std::error_code failed;
-    const bool is_path = std::filesystem::exists(input, failed);
-    text += " " + quoted(is_path ? whole_path(input).filename().string() : input);
+    text += " " + quoted(exists(input) ? whole_path(input).filename().string() : input);
   }
   for (const double target : command.settings.targets) text += fmt::format(" --rel-l1 {:g}", target);
   for (const std::string& method : command.settings.methods) text += " --method " + quoted(method);
-  if (!command.out.empty()) text += " --out " + whole_path(command.out).filename().string();
+  if (command.settings.directions != AuditSettings().directions) {
+    text += fmt::format(" --count {}", command.settings.directions);
+  }
+  if (const std::string options = options_text(command.given); !options.empty()) text += " " + options;
+  if (!command.out.empty()) text += " --out " + quoted(whole_path(command.out).filename().string());
   return text;
 }
 
@@ -107,8 +132,9 @@ class AuditRunner {
         return report_error(command_.out, ready.error());
       }
     }
+    is_single_ = materials->size() == 1;
     for (std::size_t k = 0; k < materials->size(); ++k) {
-      const std::string label = materials->size() == 1 ? "audit" : fmt::format("audit {}/{}", k + 1, materials->size());
+      const std::string label = is_single_ ? "audit" : fmt::format("audit {}/{}", k + 1, materials->size());
       if (!add((*materials)[k], label)) return report_error("", interrupted_error());
     }
     if (Status written = write(); !written) return report_error(command_.out, written.error());
@@ -135,9 +161,9 @@ class AuditRunner {
       if (exit_code_ == 0) exit_code_ = failed;
       material.failure = rows.error();
     }
-    if (!command_.json && command_.inputs.size() + materials_.size() > 1 && !material.failure) {
+    if (!command_.json && !is_single_ && !material.failure) {
       print(fmt::format("{}: {}\n", one_line(name), smallest_text(material, command_.settings)));
-      if (!flush_output()) return true;  // told at the end
+      std::ignore = flush_output();  // what is lost is told at the end
     }
     materials_.push_back(std::move(material));
     return true;
@@ -163,13 +189,11 @@ class AuditRunner {
       print_json(audit_json(materials_, run_));
       return;
     }
+    const bool some = std::any_of(materials_.begin(), materials_.end(), [](const auto& one) { return !one.failure; });
     for (const double target : command_.settings.targets) {
+      if (!some) break;
       print(fmt::format("\n{:g} % relative L1 off the grid\n", target));
-      if (materials_.size() > 1) {
-        print_rows(totals_table(materials_, target));
-      } else if (!materials_.front().failure) {
-        print_rows(material_table(materials_.front(), target));
-      }
+      print_rows(is_single_ ? material_table(materials_.front(), target) : totals_table(materials_, target));
     }
   }
 
@@ -178,11 +202,14 @@ class AuditRunner {
   AuditJournal journal_;
   AuditRun run_;
   std::vector<AuditedMaterial> materials_;
+  bool is_single_ = false;
   int exit_code_ = 0;
 };
 
 int run_audit(AuditCommand command) {
   std::vector<double>& targets = command.settings.targets;
+  // With the digits that reports and journal have.
+  for (double& target : targets) target = std::strtod(figure_text(target).c_str(), nullptr);
   std::sort(targets.begin(), targets.end(), std::greater<>());
   targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
   return AuditRunner(command).run();
@@ -197,7 +224,8 @@ void add_audit(CLI::App& program, int& exit_code) {
                   "Files of any readable format, folders of them, kurt:NAME or BUNDLE.sbrdfz:NAME")
       ->required();
   app->add_option("--rel-l1", command->settings.targets,
-                  "Error that each way is to keep to, relative L1 off the grid; may be given several times")
+                  "Error that each way is to keep to, relative L1 off the grid, 0.01 to 100 %; may be given several "
+                  "times")
       ->check([](const std::string& text) {
         const Result<double> number = number_within(text, {kLeastTarget, kMostTarget});
         return number ? std::string() : number.error().message;
@@ -205,7 +233,8 @@ void add_audit(CLI::App& program, int& exit_code) {
       ->type_name("P")
       ->allow_extra_args(false)
       ->default_str("5, 2");
-  app->add_option("--method", command->settings.methods, "Only this way; may be given several times")
+  app->add_option("--method", command->settings.methods,
+                  "Only this way, such as \"table, zstd\" (specs/audit.md names all); may be given several times")
       ->type_name("NAME")
       ->allow_extra_args(false);
   add_count(*app, "--count", command->settings.directions, {1000, 10'000'000},

@@ -66,7 +66,7 @@ bool GridLadder::climb() {
     Counts counts = counts_;
     if (counts[axis] == 1) continue;
     counts[axis] = static_cast<std::uint32_t>(std::ceil(kFiner * counts[axis]));
-    if (counts[axis] > kMostAlong || nodes_of(counts) > kMostNodes) continue;
+    if (counts[axis] > kMostAlong || nodes_of(counts) * subject_.channel_count() > kMostNumbers) continue;
     LadderStep step = judged(counts);
     const double gain =
         (before - std::log(std::max(step.percent, 1e-9))) / std::log(static_cast<double>(counts[axis]) / counts_[axis]);

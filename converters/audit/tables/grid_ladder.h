@@ -25,13 +25,13 @@ class GridLadder {
   explicit GridLadder(const AuditSubject& subject);
 
   /// The number of the first step whose table is at most so far off [%]; size() of all that there are where none is
-  /// within kMostNodes.
+  /// within kMostNumbers.
   [[nodiscard]] std::size_t reach(double percent);
   /// Such a step, or the last that there is.
   [[nodiscard]] const LadderStep& step(std::size_t k);
   [[nodiscard]] std::size_t size() const { return steps_.size(); }
 
-  static constexpr std::uint64_t kMostNodes = 3'000'000;
+  static constexpr std::uint64_t kMostNumbers = 9'000'000;  ///< of all channels
 
  private:
   using Counts = std::array<std::uint32_t, 4>;

@@ -42,10 +42,10 @@ Error refused(std::string_view who) { return invalid_file(std::string(who) + " r
 
 // Logarithms in whole steps, for compressors that lose nothing.
 
-/// From 1/2 to 1/1024, four to a halving; also what a value may be off by, relatively, twice over.
+/// From 1/2 to 1/1024, four to a halving.
 double step_of(std::size_t setting) { return std::exp2(-1 - 0.25 * static_cast<double>(setting)); }
 
-std::string step_text(std::size_t setting) { return fmt::format("within {:.3g} %", 50 * step_of(setting)); }
+std::string step_text(std::size_t setting) { return fmt::format("steps of {:.3g} %", 100 * step_of(setting)); }
 
 std::vector<std::int32_t> in_steps(const std::vector<float>& plane, double step) {
   std::vector<std::int32_t> steps;
@@ -205,10 +205,10 @@ Result<Planes> decode_blosc(std::span<const std::byte> bytes, const LogTable& li
   });
 }
 
-// zfp: a bound on the logarithms.
+// zfp: a bound on the logarithms, which it keeps to by far.
 
-constexpr std::size_t kZfpSettings = 14;
-double zfp_tolerance(std::size_t setting) { return std::exp2(1 - static_cast<double>(setting)); }
+constexpr std::size_t kZfpSettings = 18;
+double zfp_tolerance(std::size_t setting) { return std::exp2(5 - static_cast<double>(setting)); }
 std::string zfp_text(std::size_t setting) { return fmt::format("logarithms within {:.3g}", zfp_tolerance(setting)); }
 
 using ZfpField = std::unique_ptr<zfp_field, void (*)(zfp_field*)>;

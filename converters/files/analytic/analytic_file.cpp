@@ -18,13 +18,16 @@ bool ends_with_json(std::string_view name) {
 /// What the member "model" says; empty where there is none.
 std::string_view model_in(std::string_view text) {
   constexpr std::string_view kMember = "\"model\"";
-  const std::size_t at = text.find(kMember);
-  if (at == std::string_view::npos) return {};
-  text.remove_prefix(at + kMember.size());
-  const std::size_t first = text.find('"');
-  if (first == std::string_view::npos || text.find_first_not_of(": \t\r\n") != first) return {};
-  text.remove_prefix(first + 1);
-  return text.substr(0, text.find('"'));
+  constexpr std::string_view kBlank = " \t\r\n";
+  for (std::size_t at = text.find(kMember); at != std::string_view::npos; at = text.find(kMember)) {
+    text.remove_prefix(at + kMember.size());
+    const std::size_t colon = text.find_first_not_of(kBlank);
+    if (colon == std::string_view::npos || text[colon] != ':') continue;  // a name that is this word
+    const std::size_t first = text.find_first_not_of(kBlank, colon + 1);
+    if (first == std::string_view::npos || text[first] != '"') continue;
+    return text.substr(first + 1, text.find('"', first + 1) - first - 1);
+  }
+  return {};
 }
 
 }  // namespace

@@ -204,6 +204,7 @@ TEST(Audit, KeepsEachWayToItsErrorAndTellsRatios) {
   const AuditRow floats = row_of(rows, "table, floats", 8);
   const AuditRow halves = row_of(rows, "table, half floats", 8);
   EXPECT_EQ(floats.bytes - floats.overhead, 2 * (halves.bytes - halves.overhead)) << "the same grid";
+  EXPECT_GT(floats.overhead, 500U) << "the head of the array, and the file that says where its nodes are";
   EXPECT_GE(row_of(rows, "table, floats", 8).bytes, row_of(rows, "table, floats", 20).bytes);
   const std::vector<std::vector<AuditRow>> twice = {rows, rows};
   const std::vector<AuditTotal> totals = total(twice);

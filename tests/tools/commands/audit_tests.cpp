@@ -193,5 +193,103 @@ TEST(AuditCommand, GoesOnWhereItWasInterrupted) {
   EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(20));
 }
 
+/// A fast audit of two materials: their folder, and that of the report.
+class AuditOfTwo : public testing::Test {
+ protected:
+  AuditOfTwo() {
+    fs::create_directory(in_);
+    write_bytes(in_ + "/a.json", bytes_of(kAuditedGloss));
+    std::string rough = kAuditedGloss;
+    rough.replace(rough.find("0.3,"), 3, "0.6");
+    write_bytes(in_ + "/b.json", bytes_of(rough));
+  }
+  [[nodiscard]] ProgramRun audit(const std::string& out, const std::vector<std::string>& more = {},
+                                 const RunOptions& options = {}) const {
+    std::vector<std::string> arguments = {"audit", in_,        "--out", out,        "--count",
+                                          "1000",  "--method", "UTIA",  "--method", "table, fpzip"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    if (more.empty()) arguments.insert(arguments.end(), {"--rel-l1", "25"});
+    return run_sbrdf(arguments, options);
+  }
+
+  ScratchFolder folder_;
+  std::string in_ = folder_ / "in";
+  std::string out_ = folder_ / "out";
+};
+
+TEST_F(AuditOfTwo, TellsOfEachAndLosesNothingWhereOutputIsLost) {
+  const ProgramRun run = audit(out_);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr(in_ + "/a.json: 25 %: "));
+  EXPECT_THAT(run.out, HasSubstr(in_ + "/b.json: 25 %: "));
+  EXPECT_THAT(run.out, HasSubstr("2 of 2"));
+  const std::string before = read_text(out_ + "/audit.csv");
+  RunOptions full;
+  full.output_to_full_device = true;
+  EXPECT_EQ(audit(out_, {}, full).exit_code, 2);
+  EXPECT_EQ(read_text(out_ + "/audit.csv"), before);
+}
+
+TEST_F(AuditOfTwo, DoesAgainWhatTheJournalDoesNotSay) {
+  ASSERT_EQ(audit(out_).exit_code, 0);
+  const std::string whole = but_for_residents(read_text(out_ + "/audit.json"));
+  const std::vector<std::pair<std::string, Json>> changes = {{"reached", "yes"},
+                                                             {"bytes", -5},
+                                                             {"bytes", 1e300},
+                                                             {"bytes", "12"},
+                                                             {"bytes", 0},
+                                                             {"setting", ""},
+                                                             {"method", "no"},
+                                                             {"method", nullptr},
+                                                             {"overhead_bytes", 1u << 30U},
+                                                             {"off_grid_mre_percent", "?"}};
+  for (const auto& [key, value] : changes) {
+    for (const auto& entry : fs::directory_iterator(out_ + "/.sbrdf-audit")) {
+      Json journal = Json::parse(read_text(entry.path()));
+      journal.at("rows").at(0)[key] = value;
+      write_bytes(entry.path(), bytes_of(journal.dump()));
+    }
+    const ProgramRun again = audit(out_);
+    EXPECT_EQ(again.exit_code, 0) << key << value << again.err;
+    EXPECT_EQ(but_for_residents(read_text(out_ + "/audit.json")), whole) << key << value;
+  }
+  for (const char* text : {"", "{", "[]", "{\"work\": 1}", "{\"work\": \"x\", \"rows\": {}}"}) {
+    for (const auto& entry : fs::directory_iterator(out_ + "/.sbrdf-audit")) write_bytes(entry.path(), bytes_of(text));
+    EXPECT_EQ(audit(out_).exit_code, 0) << text;
+    EXPECT_EQ(but_for_residents(read_text(out_ + "/audit.json")), whole) << text;
+  }
+}
+
+TEST_F(AuditOfTwo, FurtherTargetsAreAddedWithTheDigitsOfReports) {
+  ASSERT_EQ(audit(out_).exit_code, 0);
+  const ProgramRun more =
+      audit(out_, {"--rel-l1", "33.33333333", "--rel-l1", "25", "--rel-l1", "25.00000001", "--json"});
+  ASSERT_EQ(more.exit_code, 0) << more.err;
+  const Json json = more.json();
+  EXPECT_EQ(json.at("totals").size(), 4U) << "two targets, two ways";
+  EXPECT_EQ(json.at("materials").at(0).at("rows").size(), 4U);
+  EXPECT_TRUE(fs::exists(out_ + "/bytes-33.3333-percent.svg"));
+  const auto journal = [&] {
+    std::string all;
+    for (const auto& entry : fs::directory_iterator(out_ + "/.sbrdf-audit")) all += read_text(entry.path());
+    return all.size();
+  };
+  const auto size = journal();
+  ASSERT_EQ(audit(out_, {"--rel-l1", "33.33333333"}).exit_code, 0);
+  EXPECT_EQ(journal(), size) << "all of it was there";
+}
+
+TEST_F(AuditOfTwo, ReportsAreNoMaterials) {
+  EXPECT_THAT(audit(in_).err, HasSubstr("is the folder that is read"));
+  EXPECT_EQ(fs::exists(in_ + "/.sbrdf-audit"), false);
+  ASSERT_EQ(audit(in_ + "/report").exit_code, 0);
+  const ProgramRun other = audit(in_ + "/other");
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.out, HasSubstr("2 of 2"));
+  const ProgramRun twice = run_sbrdf({"audit", in_ + "/a.json", in_ + "/../in/a.json"});
+  EXPECT_EQ(twice.exit_code, 1);
+  EXPECT_THAT(twice.err, HasSubstr("twice"));
+}
+
 }  // namespace
 }  // namespace sbrdf::internal
