@@ -95,11 +95,7 @@ Result<Found> find_by_options(Workbench& bench, double percent, const Options& o
   });
 }
 
-/// Slices for textures: so far off the source [%].
-Result<DecodedSliced> slices_for(Workbench& bench, double percent, const Progress& progress) {
-  SliceOptions options;
-  options.stop = TargetRelL1{percent};
-  options.structure = SearchedStructure{.evaluations = 20};  // texels hide what more would gain
+Result<DecodedSliced> lossless_slices(Workbench& bench, SliceOptions options, const Progress& progress) {
   options.precision = 0;
   Result<Slicing> slicing = slice_source(bench.subject().source(), options, progress);
   if (!slicing) return slicing.error();
@@ -107,6 +103,14 @@ Result<DecodedSliced> slices_for(Workbench& bench, double percent, const Progres
   decoded.sliced = std::move(slicing->sliced);
   decoded.lattice = std::move(slicing->lattice);
   return decoded;
+}
+
+/// Slices for textures: so far off the source [%].
+Result<DecodedSliced> slices_for(Workbench& bench, double percent, const Progress& progress) {
+  SliceOptions options;
+  options.stop = TargetRelL1{percent};
+  options.structure = SearchedStructure{.evaluations = 20};  // texels hide what more would gain
+  return lossless_slices(bench, options, progress);
 }
 
 Result<Kept> kept_atlas(Workbench& bench, const DecodedSliced& sliced, const AtlasOptions& options,
@@ -140,15 +144,11 @@ Result<Kept> kept_paper(Workbench& bench, const Placement& placement, const Prog
   options.stop = SampleCount{kSamples};
   options.structure = placement;
   options.fit_values = false;
-  options.precision = 0;
-  Result<Slicing> slicing = slice_source(bench.subject().source(), options, progress);
-  if (!slicing) return slicing.error();
-  DecodedSliced decoded;
-  decoded.sliced = std::move(slicing->sliced);
-  decoded.lattice = std::move(slicing->lattice);
+  const Result<DecodedSliced> decoded = lossless_slices(bench, options, progress);
+  if (!decoded) return decoded.error();
   AtlasOptions atlas;
   atlas.container = AtlasContainer::kExr;
-  const Result<MadePaper> made = make_paper(decoded, bench.subject().source(), atlas);
+  const Result<MadePaper> made = make_paper(*decoded, bench.subject().source(), atlas);
   if (!made) return made.error();
   Kept kept;
   kept.setting = fmt::format("slices at {:g}/{:g}, four EXR textures, half floats", placement.elevation_step_deg,

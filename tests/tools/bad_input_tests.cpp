@@ -89,7 +89,7 @@ std::vector<BadFile> bad_files() {
       {"AppleDouble", bytes_of(std::string("\0\5\x16\7\0\2\0\0Mac OS X        ", 24)), 3, "AppleDouble"},
       {"MerlOfFloat32", first(small_merl(), 12 + 4 * 24), 4, "the size of float32 values"},
       {"MerlBigEndian", merl_bytes({0x02000000, 0x02000000, 0x02000000}, values), 4, "big-endian"},
-      {"JsonWithoutParameters", bytes_of(R"({"name": "n"})"), 3, "Kurt parameters"},
+      {"JsonWithoutParameters", bytes_of(R"({"name": "n"})"), 3, "parameters of a model"},
       {"RglCutInHeader", bytes_of(std::string("tensor_file\0\1", 13)), 3, "truncated"},
   };
 }

@@ -11,10 +11,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "formats/core/byte_source.h"
 #include "formats/os/files.h"
 #include "formats/sbrdf/container.h"
 #include "tools/audit/audit_report.h"
+#include "tools/io/notes.h"
 #include "tools/io/outputs.h"
 #include "tools/io/sha256.h"
 
@@ -24,30 +24,14 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::uint64_t kLargestEntry = std::uint64_t{1} << 24U;  // bytes; nobody writes one of that size
-
-std::string text_of(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
-
-/// null for what is no entry.
-Json read_entry(const std::string& path) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file || (*file)->size() > kLargestEntry) return {};
-  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
-  if (!bytes) return {};
-  const auto* first = reinterpret_cast<const char*>(bytes->data());
-  Json entry = Json::parse(first, first + bytes->size(), nullptr, false);
-  return entry.is_object() ? entry : Json();
-}
-
 class MaterialMemory final : public AuditMemory {
  public:
   MaterialMemory(std::string path, std::string work, std::function<void(const Error&)> complain)
       : path_(std::move(path)), work_(std::move(work)), complain_(std::move(complain)) {
-    const Json entry = read_entry(path_);
+    const Json entry = read_note(path_);
     const auto work_then = entry.find("work");
     if (work_then == entry.end() || !work_then->is_string() || !entry.contains("rows")) return;
-    // As it is once it was written: names in no encoding are not what they were.
-    if (Json::parse(text_of(work_)) == *work_then) rows_ = audit_rows_of(entry["rows"]).value_or(rows_);
+    if (as_noted(work_) == *work_then) rows_ = audit_rows_of(entry["rows"]).value_or(rows_);
   }
 
   [[nodiscard]] std::optional<AuditRow> recall(std::string_view method, double target_percent) const override {
@@ -58,7 +42,7 @@ class MaterialMemory final : public AuditMemory {
   }
   void note(const AuditRow& row) override {
     rows_.push_back(row);
-    const std::string text = text_of({{"work", work_}, {"rows", audit_rows_json(rows_)}});
+    const std::string text = note_text({{"work", work_}, {"rows", audit_rows_json(rows_)}});
     const Status written =
         write_file_atomically(path_, std::as_bytes(std::span(text.data(), text.size())), AfterSignal::kComplete);
     if (written) return;

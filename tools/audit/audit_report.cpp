@@ -117,8 +117,9 @@ StripChart chart_of(const std::vector<AuditedMaterial>& materials, double target
     }
     chart.strips.push_back(std::move(strip));
   }
-  chart.footnote =
-      fmt::format("{} materials; {}; sbrdf {}", rows_of(materials).size(), one_line(run.command), run.version);
+  constexpr std::size_t kCommandCharacters = 110;
+  chart.footnote = fmt::format("{} materials; sbrdf {}; {}", rows_of(materials).size(), run.version,
+                               one_line(run.command, kCommandCharacters));
   return chart;
 }
 

@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "formats/os/files.h"
+#include "tools/io/notes.h"
 #include "tools/io/sha256.h"
 
 namespace sbrdf::internal {
@@ -16,28 +17,11 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFolder = ".sbrdf-convert";
-constexpr std::uint64_t kLargestEntry = std::uint64_t{1} << 26U;  // bytes; nobody writes one of that size
 
 Json json_of(const Work& work) {
   Json source = {{"name", work.source}, {"sha256", work.sha256}};
   if (!work.sidecar_sha256.empty()) source["sidecar_sha256"] = work.sidecar_sha256;
   return {{"version", SBRDF_VERSION}, {"source", source}, {"options", work.options}, {"to", work.target}};
-}
-
-std::string text_of(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
-
-/// As it is once it was written and read: names in no encoding are not what they were.
-Json as_read(const Json& json) { return Json::parse(text_of(json)); }
-
-/// null for what is no entry.
-Json read_entry(const std::string& path) {
-  const Result<std::unique_ptr<ByteSource>> file = map_file(path);
-  if (!file || (*file)->size() > kLargestEntry) return {};
-  const Result<std::vector<std::byte>> bytes = read_range(**file, 0, (*file)->size());
-  if (!bytes) return {};
-  const auto* first = reinterpret_cast<const char*>(bytes->data());
-  Json entry = Json::parse(first, first + bytes->size(), nullptr, false);
-  return entry.is_object() ? entry : Json();
 }
 
 bool is_as_written(const std::string& path_without_suffix, const Json& output) {
@@ -94,8 +78,8 @@ Status Journal::make_room(const std::string& out) const {
 bool Journal::has_entry(const std::string& out) const { return is_ordinary_file(entry_of(out)); }
 
 std::optional<Json> Journal::finished_report(const std::string& out, const Work& work) const {
-  Json entry = read_entry(entry_of(out));
-  if (entry.is_null() || !entry.contains("work") || entry["work"] != as_read(json_of(work))) return std::nullopt;
+  Json entry = read_note(entry_of(out));
+  if (entry.is_null() || !entry.contains("work") || entry["work"] != as_noted(json_of(work))) return std::nullopt;
   if (!entry.contains("outputs") || !entry["outputs"].is_array() || entry["outputs"].empty()) return std::nullopt;
   const auto& outputs = entry["outputs"];
   const std::string path = (fs::path(folder_) / out).string();
@@ -113,7 +97,7 @@ Status Journal::finish(const std::string& out, const Work& work, const std::vect
     entry["outputs"].push_back({{"suffix", suffix}, {"bytes", file.bytes}, {"sha256", file.sha256}});
   }
   entry["report"] = without_place_and_time(report);
-  const std::string text = text_of(entry);
+  const std::string text = note_text(entry);
   return write_file_atomically(entry_of(out), std::as_bytes(std::span(text.data(), text.size())),
                                AfterSignal::kComplete);
 }
