@@ -83,10 +83,6 @@ std::uint64_t numbers_on(const Workbench& bench, const Grid& grid) {
 
 Options with_grid(const Grid& grid) { return Options().set("grid", grid_text(grid)); }
 
-}  // namespace
-
-namespace {
-
 /// The array, and beside it the file that says where its nodes are, without a report.
 FileTrial npy_trial(const Workbench& bench, const Grid& grid, ValueType type, std::string_view what) {
   TableHead head;
@@ -129,32 +125,29 @@ std::uint64_t overhead_of_format(Workbench& bench, std::string_view extension, c
   return (*file)->size() - std::min<std::uint64_t>((*file)->size(), 2 * numbers_on(bench, grid));
 }
 
-}  // namespace
-
-Result<Found> find_hdf5(Workbench& bench, double percent, const Progress& progress) {
-  const Options options = Options().set("type", "float16").set("deflate", "9");
-  const std::uint64_t overhead = overhead_of_format(bench, ".h5", options);
+/// A table on the ladder in a format whose numbers are packed.
+Result<Found> find_packed(Workbench& bench, double percent, std::string_view extension, std::string_view what,
+                          const Options& options, const Progress& progress) {
+  const std::uint64_t overhead = overhead_of_format(bench, extension, options);
   return find_on_ladder(
       bench, percent,
       [&](const Grid& grid) {
         Options writing = options;
         writing.set("grid", grid_text(grid));
-        return FileTrial{on_grid("half floats, shuffle, deflate 9", grid), ".h5", writing, {}, 0, overhead};
+        return FileTrial{on_grid(what, grid), extension, writing, {}, 0, overhead};
       },
       progress);
 }
 
+}  // namespace
+
+Result<Found> find_hdf5(Workbench& bench, double percent, const Progress& progress) {
+  return find_packed(bench, percent, ".h5", "half floats, shuffle, deflate 9",
+                     Options().set("type", "float16").set("deflate", "9"), progress);
+}
+
 Result<Found> find_exr(Workbench& bench, double percent, const Progress& progress) {
-  const Options options = Options().set("type", "float16");
-  const std::uint64_t overhead = overhead_of_format(bench, ".exr", options);
-  return find_on_ladder(
-      bench, percent,
-      [&](const Grid& grid) {
-        Options writing = options;
-        writing.set("grid", grid_text(grid));
-        return FileTrial{on_grid("half floats", grid), ".exr", writing, {}, 0, overhead};
-      },
-      progress);
+  return find_packed(bench, percent, ".exr", "half floats", Options().set("type", "float16"), progress);
 }
 
 Result<Found> find_merl(Workbench& bench, double percent, const Progress& progress) {

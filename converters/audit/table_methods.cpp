@@ -17,6 +17,22 @@ namespace {
 
 // Compressors of others, on a table of logarithms.
 
+/// The first of so many settings, from the coarsest, that is `good`, as all behind it are; the last where none is.
+template <class Good>
+std::size_t first_good(std::size_t count, const Good& good) {
+  std::size_t low = 0;
+  std::size_t high = count;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (good(middle)) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return std::min(low, count - 1);
+}
+
 /// The coarsest setting of a coder that is within an error on a table.
 std::size_t coarsest_setting(const AuditSubject& subject, const LogTable& table, const TableCoder& coder,
                              double percent) {
@@ -27,17 +43,7 @@ std::size_t coarsest_setting(const AuditSubject& subject, const LogTable& table,
     const Result<Planes> planes = coder.decode(coder.encode(table, setting), table);
     return planes && few_percent_of(subject, dense_table_of(table, *planes)) <= percent;
   };
-  std::size_t low = 0;  // of those below, none is good enough; of those from `high` on, all are
-  std::size_t high = coder.setting_count;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    if (good_enough(middle)) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  return std::min(low, coder.setting_count - 1);
+  return first_good(coder.setting_count, good_enough);
 }
 
 Result<Kept> kept_coded(Workbench& bench, std::shared_ptr<const LogTable> table, const TableCoder& coder,
@@ -50,9 +56,8 @@ Result<Kept> kept_coded(Workbench& bench, std::shared_ptr<const LogTable> table,
   kept.bytes = kTableHeadBytes + bytes->size();
   kept.overhead = kTableHeadBytes;
   // What is read takes the numbers from the bytes alone.
-  auto like = std::make_shared<LogTable>(*table);
-  for (std::vector<float>& plane : like->planes) plane = {};
-  kept.open = [like = std::shared_ptr<const LogTable>(std::move(like)), bytes, decode = coder.decode,
+  const auto like = std::make_shared<const LogTable>(without_numbers(*table));
+  kept.open = [like, bytes, decode = coder.decode,
                channels = subject.original().traits().channels]() -> Result<std::unique_ptr<BrdfSource>> {
     const Result<Planes> planes = decode(*bytes, *like);
     if (!planes) return planes.error();
@@ -101,38 +106,27 @@ Result<Found> find_on_logs(Workbench& bench, double percent, const KeptOn& kept_
 Result<Kept> kept_tucker(Workbench& bench, const std::shared_ptr<const LogTable>& table, double percent) {
   const AuditSubject& subject = bench.subject();
   const TuckerFamily family(*table);
-  const auto source_of = [&](double share) { return make_tucker_source(subject, *table, family.keep(share)); };
-  const auto few_percent = [&](double share) {
+  const auto like = std::make_shared<const LogTable>(without_numbers(*table));
+  const auto few_percent = [&](const Tucker& tucker) {
     std::vector<float> values(subject.few().values.size());
-    evaluate_in_parallel(*source_of(share), subject.few().pairs, values);
+    evaluate_in_parallel(*make_tucker_source(subject, *like, tucker), subject.few().pairs, values);
     return subject.few_percent(values);
   };
   // Shares of the squares, four to a tenfold: the largest that is good enough, of those that are not too many numbers.
-  constexpr int kFinest = 40;
+  constexpr std::size_t kShares = 41;
   constexpr std::size_t kMostNumbers = 40'000;  // each is asked for at every evaluation
-  const auto share_of = [](int k) { return std::pow(10.0, -2 - 0.25 * k); };
-  const auto is_enough = [&](int k) {
-    return family.keep(share_of(k)).number_count() > kMostNumbers || few_percent(share_of(k)) <= percent;
-  };
-  int low = 0;
-  int high = kFinest;
-  while (low < high) {
-    const int middle = (low + high) / 2;
-    if (is_enough(middle)) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  while (low > 0 && family.keep(share_of(low)).number_count() > kMostNumbers) --low;
-  const auto tucker = std::make_shared<const Tucker>(family.keep(share_of(low)));
+  const auto keep = [&](std::size_t k) { return family.keep(std::pow(10.0, -2 - 0.25 * static_cast<double>(k))); };
+  std::size_t setting = first_good(kShares, [&](std::size_t k) {
+    const Tucker tucker = keep(k);
+    return tucker.number_count() > kMostNumbers || few_percent(tucker) <= percent;
+  });
+  while (setting > 0 && keep(setting).number_count() > kMostNumbers) --setting;
+  const auto tucker = std::make_shared<const Tucker>(keep(setting));
   Kept kept;
   const auto& r = tucker->ranks;
   kept.setting = on_grid(fmt::format("ranks {}, {}, {}, {}, {}", r[0], r[1], r[2], r[3], r[4]), table->grid);
   kept.bytes = kTableHeadBytes + sizeof(std::uint16_t) * tucker->number_count();
   kept.overhead = kTableHeadBytes;
-  auto like = std::make_shared<LogTable>(*table);
-  for (std::vector<float>& plane : like->planes) plane = {};
   kept.open = [&subject, tucker, like]() -> Result<std::unique_ptr<BrdfSource>> {
     return make_tucker_source(subject, *like, *tucker);
   };

@@ -58,6 +58,10 @@ double LogScale::value_of(double log) const {
   return 2 * unit * std::sinh(std::clamp(log, -kMost, kMost));
 }
 
+LogTable without_numbers(const LogTable& table) {
+  return {table.grid, table.counts, table.scale, table.holes, Planes(table.planes.size())};
+}
+
 Result<LogTable> make_log_table(const AuditSubject& subject, const Grid& grid, const Progress& progress) {
   const std::size_t channels = subject.channel_count();
   std::vector<float> all(grid.node_count() * channels, std::numeric_limits<float>::quiet_NaN());

@@ -41,6 +41,9 @@ struct LogTable {
   [[nodiscard]] std::size_t base() const { return planes.size() / 2; }  ///< the channel that stands for itself
 };
 
+/// All of it but the numbers: what a decoder knows.
+[[nodiscard]] LogTable without_numbers(const LogTable& table);
+
 /// The errors of sample_table.
 [[nodiscard]] Result<LogTable> make_log_table(const AuditSubject& subject, const Grid& grid, const Progress& progress);
 
