@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs, builds and runs every test, sanitized and optimised. The last line tells how many passed and failed. Suites
-# labelled `slow` run in the optimised build only, and what the label `ci` stands for (headers that compile alone, the
-# installed package) with CI=true only.
+# labelled `slow` run in the optimised build only, and what the label `ci` stands for (the installed package) with CI=true
+# only.
 #   SBRDF_PRESETS="dev"         only these presets (default: dev release)
 #   SBRDF_CTEST_ARGS="-R Merl"  more arguments for ctest
 #   SBRDF_SKIP_INSTALL=1        do not look for missing packages
