@@ -88,11 +88,11 @@ std::vector<Variant> by_scheme(const VariantChoice& choice) {
   return variants;
 }
 
-/// Few where few numbers of samples are wanted, since larger ones take a minute to find.
+/// Few where few numbers of samples are wanted, since larger files take a minute to find.
 std::vector<Variant> by_bytes(const VariantChoice& choice) {
+  const bool few = choice.samples.size() < 3;
   std::vector<Variant> variants;
-  for (const char* bytes : {"150", "800"}) {
-    if (!variants.empty() && choice.samples.size() < 3) break;
+  for (const char* bytes : few ? std::vector{"80"} : std::vector{"150", "800"}) {
     variants.push_back({std::string("at most ") + bytes + " bytes", 0,
                         Options().set("representation", "dense").set("max-bytes", bytes)});
   }

@@ -25,8 +25,8 @@ namespace sbrdf::internal {
 namespace {
 
 constexpr int kNobody = 65534;
-constexpr int kPatience = 60000;  // milliseconds for one line, or for a program to end
-constexpr int kNap = 2;           // milliseconds
+constexpr int kPatience = 300'000;  // milliseconds for one line, or for a program to end, on a slow machine
+constexpr int kNap = 2;             // milliseconds
 
 struct Streams {
   int in, out, err;
