@@ -20,7 +20,7 @@ using testing::Not;
 constexpr double kShare = 0.2;
 constexpr std::uint64_t kMostMemory = 100'000'000;
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SBRDF_SANITIZED_PROGRAM
 constexpr bool kMeasuresMemory = false;  // the sanitizer's own is far more
 #else
 constexpr bool kMeasuresMemory = true;
