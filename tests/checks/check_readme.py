@@ -18,7 +18,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 CALL = re.compile(r"(^|\| |/)sbrdf ")
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)#\s]+)(?:#[^)]*)?\)")
 LEAST_COMMANDS = 10
-SLOWEST = 60  # seconds, for one command
+SLOWEST = 300  # seconds, for one command on a slow machine that does something else as well
 
 
 def commands(text):
