@@ -12,7 +12,8 @@ import re
 import sys
 import tempfile
 
-LAYERS = ["formats", "codec", "converters", "tools"]
+from check_layers import FRONT_DOOR, INCLUDE, LAYERS, TYPE
+
 # Which header brings a name of namespace std; a name that is in none of these is an error.
 STANDARD = {
     "algorithm": "all_of any_of clamp copy copy_n count count_if fill find max min none_of partition_point sort transform",
@@ -60,19 +61,17 @@ HOME = {name: header for header, names in STANDARD.items() for name in names.spl
 # Headers that bring what others are named for, by the standard.
 ALSO = {"string": {"string_view", "initializer_list"}, "vector": {"initializer_list"}, "map": {"initializer_list"}}
 EITHER = {"size_t": {"cstddef", "cstdio", "cstring", "string", "vector", "array", "span", "memory", "functional"}}
-INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 REMARK = re.compile(r'//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.DOTALL)
 NAME = re.compile(r"\b(?<!::)(\w+)::(\w+)")
-TYPE = re.compile(r"^(?:template [^\n]*\n)?(?:class|struct|enum class) (\w+)(?!\w*::)[^;\n]*\{$", re.MULTILINE)
 WORD = re.compile(r"(?<![\w:.>])([A-Z]\w+)\b")
-FRONT_DOOR = "converters/api/sbrdf/sbrdf.h"  # a namespace of its own
 DECLARED = re.compile(r"\b(?:class|struct|enum class|using|typename|enum) (\w+)")
 
 
 class Tree:
     def __init__(self, root):
         self.root = root
-        self.headers = sorted(p for layer in LAYERS for p in (root / layer).rglob("*.h") if not p.name.endswith("_inl.h"))
+        self.headers = sorted(p for layer in LAYERS[:-1] for p in (root / layer).rglob("*.h")
+                              if not p.name.endswith("_inl.h"))
         self.texts = {p: p.read_text(encoding="utf-8") for p in self.headers}
         self.types = {}
         for path, text in self.texts.items():
@@ -83,7 +82,7 @@ class Tree:
     def reached(self, path):
         """What a header includes, itself or through headers of this project: (their names, their paths)."""
         names, paths = set(), {path}
-        for name in INCLUDE.findall(self.texts[path]):
+        for _, name in INCLUDE.findall(self.texts[path]):
             names.add(name)
             if self.root / name in self.texts:
                 more_names, more_paths = self.reached(self.root / name)
@@ -93,8 +92,7 @@ class Tree:
 
     def missing(self, path):
         """What a header names without including it: (name, what would bring it)."""
-        text = INCLUDE.sub("", self.texts[path])
-        text = REMARK.sub("", text)
+        text = REMARK.sub("", INCLUDE.sub("", self.texts[path]))
         names, paths = self.reached(path)
         for space, name in sorted(set(NAME.findall(text))):
             if space == "std":
@@ -103,7 +101,7 @@ class Tree:
                     yield f"std::{name}", f"<{HOME[name]}>" if name in HOME else "a header that STANDARD does not list"
             elif space in OTHERS and not any(header.startswith(OTHERS[space]) for header in names):
                 yield f"{space}::{name}", f"<{OTHERS[space]}...>"
-        if path == self.root / FRONT_DOOR:
+        if path.relative_to(self.root).as_posix().startswith(FRONT_DOOR):
             return
         declared = set(DECLARED.findall(text))
         for name in sorted(set(WORD.findall(text)) - declared):

@@ -162,10 +162,9 @@ TEST(SceneReach, KnowsWhereAnEnvironmentIsDark) {
   folder.files["window.exr"] = window_exr();
   const Scene scene = read_scene(folder).value();
   const Scene whole = scene_of(scene_text(kFloor, R"("environment": true)"));
-  const AtlasLayout some = some_axes()[0];
-  EXPECT_LT(reach_of_scene(scene, some).value().size(), reach_of_scene(whole, some).value().size());
   for (const AtlasLayout& axes : some_axes()) {
     const AtlasCells part = reach_of_scene(scene, axes).value();
+    EXPECT_LT(part.size(), reach_of_scene(whole, axes).value().size());
     const SceneCamera& camera = scene.cameras.front();
     for (const glm::dvec3& light : sky_directions(through_window)) {
       SurfacePoint point;
